@@ -1,0 +1,28 @@
+//! **eigentrail turns the graph an agent is still discovering into a reward it can follow.**
+//!
+//! The modules, in the order in which data flows through them:
+//!
+//! - [`env`](mod@env): worlds. [`env::Environment`] and the grid worlds, mazes and edge lists behind it.
+//! - [`graph`]: the graph of visited states, growing in place.
+//! - [`spectral`]: the low eigenvectors of its Laplacian (proto-value functions), kept up to date.
+//! - [`gcn`]: a graph convolutional network of two layers on those features.
+//! - [`shaping`]: the potential φ and the policy-invariant reward that comes from it.
+//! - [`exploration`]: what guides the agent before the first reward.
+//! - [`agent`]: the learners, and the yardsticks beside them.
+//! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
+//! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
+
+pub mod agent;
+pub mod engine;
+pub mod env;
+pub mod error;
+pub mod exploration;
+pub mod gcn;
+pub mod graph;
+pub mod report;
+pub mod runner;
+pub mod scenario;
+pub mod seeds;
+pub mod shaping;
+pub mod spectral;
+pub mod telemetry;
