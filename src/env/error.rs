@@ -192,9 +192,7 @@ pub enum EnvError {
     },
     /// Probabilities outside [0, 1], or not summing to 1.
     #[error(
-        "state {state}, action {action}: the probabilities must lie in [0, 1] and sum to 1, not to {sum}"
-    )]
-    Probabilities {
+        "state {state}, action {action}: the probabilities must lie in [0, 1] and sum to 1 (they sum to {sum}) {
         /// The state left.
         state: usize,
         /// The action taken.

@@ -24,7 +24,7 @@ pub mod tabular;
 pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
-pub use layouts::{Cell, Direction, Doors, Landmark, Layout, Placement, Tile};
+pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
 pub use tabular::{MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
 
 use std::fmt::Debug;

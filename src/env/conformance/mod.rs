@@ -16,7 +16,8 @@
 //! ```
 //!
 //! The kit plays seeded random episodes and episodes of one repeated action. It can only report what it has seen: look
-//! at the [`Coverage`] it returns. Steps that must panic are caught, but the panic hook still prints their messages.
+//! at the [`Coverage`] it returns. Episodes are left after 20 000 steps, so longer limits are not seen. Steps that must
+//! panic are caught, but the panic hook still prints their messages.
 
 mod contract;
 mod episodes;
@@ -81,7 +82,7 @@ pub enum Rule {
     TransitionsAreInTheModel,
     /// An episode is terminated exactly when it enters a terminal state, also on the last step.
     TerminatedExactlyAtTerminalStates,
-    /// The model has as many actions and the same step limit as the world.
+    /// The model has as many actions as the world.
     ModelHasTheSameShape,
 }
 
@@ -109,9 +110,7 @@ impl fmt::Display for Rule {
             Rule::TerminatedExactlyAtTerminalStates => {
                 "an episode is terminated exactly on entering a terminal state"
             }
-            Rule::ModelHasTheSameShape => {
-                "model and world agree on the number of actions and the step limit"
-            }
+            Rule::ModelHasTheSameShape => "model and world have the same number of actions",
         })
     }
 }

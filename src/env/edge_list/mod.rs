@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 /// A goal by the name of its state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields)]
 pub struct EdgeListGoal {
     /// Name of the state.
     pub at: String,
@@ -40,7 +40,7 @@ pub struct EdgeListGoal {
 
 /// What makes a world of an [`EdgeList`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(default, deny_unknown_fields)]
 pub struct EdgeListParams {
     /// Name of the start; `None`: anywhere from where a goal can be reached.
     pub start: Option<String>,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a [`GridWorld`](super::GridWorld) adds to its map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(default, deny_unknown_fields)]
 pub struct GridWorldParams {
     /// Probability in [0, 1) that a move goes to one of its two sides instead, each equally likely.
     pub slip: f64,

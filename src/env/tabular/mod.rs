@@ -108,9 +108,9 @@ impl TabularMdp {
         let mut outcomes = Vec::new();
         let mut row = Vec::new();
         offsets.push(0);
-        for state in 0..states {
+        for (state, &ends_here) in terminal.iter().enumerate() {
             for action in 0..num_actions {
-                if !terminal[state] {
+                if !ends_here {
                     row.clear();
                     fill(state, Action(action as u16), &mut row);
                     require_distribution(state, action, &row, states)?;

@@ -1,6 +1,6 @@
 //! v*(s) = max_a Σ_{s′} P(s′ | s, a) (R(s, a, s′) + γ v*(s′)), v* = 0 where episodes end.
 //!
-//! Gauss–Seidel sweeps (Bertsekas & Tsitsiklis 1989, section 4.3.1): each state uses the values already improved in this sweep. States
+//! Gauss–Seidel sweeps (Bertsekas, Dynamic Programming and Optimal Control, vol. II): each state uses the values already improved in this sweep. States
 //! are visited in the order of their distance to the end, and values begin as if every transition cost as much as the
 //! dearest one, so that in a deterministic world where all steps cost the same the first sweep is exact.
 //!
@@ -116,7 +116,7 @@ impl TabularMdp {
         let distance = self.distances_to_terminal();
         let mut values = self.first_guess(gamma, &distance);
         let order = self.order_of_sweeps(gamma, &distance, &mut values);
-        // ‖v − v*‖ ≤ γ/(1 − γ) · change of the last sweep (Puterman 1994, theorem 6.3.1).
+        // A sweep is a contraction by γ, so ‖v − v*‖ ≤ γ/(1 − γ) · change of the last sweep.
         let allowed = if gamma == 1.0 {
             tol
         } else {
