@@ -4,7 +4,7 @@
 //! of their own; their ranges are shifted past the end of the file, as if they stood below it. So one number
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
-use super::error::{Place, ScenarioError, nearest};
+use super::error::{Location, ScenarioError, nearest};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -51,9 +51,9 @@ impl Document {
     }
 
     /// Where `key` (`agent.gamma`, `env.goals[0].at`) stands; the nearest enclosing key if it is not written.
-    pub fn place_of(&self, key: &str) -> Place {
+    pub fn place_of(&self, key: &str) -> Location {
         let Ok(table) = self.merged() else {
-            return Place::File(self.path.clone());
+            return Location::File(self.path.clone());
         };
         let places = KeyPlaces::of(&table);
         let mut key = key;
@@ -63,7 +63,7 @@ impl Document {
             }
             match key.rfind(['.', '[']) {
                 Some(end) => key = &key[..end],
-                None => return Place::File(self.path.clone()),
+                None => return Location::File(self.path.clone()),
             }
         }
     }
@@ -85,11 +85,11 @@ impl Document {
     }
 
     /// The place of a byte offset in the sense of the module's head.
-    fn place(&self, offset: usize) -> Place {
+    fn place(&self, offset: usize) -> Location {
         let mut base = self.text.len() + 1;
         if offset < base {
             let (line, column) = line_and_column(&self.text, offset);
-            return Place::Position {
+            return Location::Position {
                 file: self.path.clone(),
                 line,
                 column,
@@ -98,10 +98,10 @@ impl Document {
         for (toml, typed) in &self.flags {
             base += toml.len() + 1;
             if offset < base {
-                return Place::Flag(typed.clone());
+                return Location::Flag(typed.clone());
             }
         }
-        Place::File(self.path.clone())
+        Location::File(self.path.clone())
     }
 
     fn syntax(&self, error: &toml::de::Error, base: usize) -> ScenarioError {
@@ -151,7 +151,7 @@ impl Document {
 fn assignment(set: &str) -> Result<String, ScenarioError> {
     let Some((key, value)) = set.split_once('=') else {
         return Err(ScenarioError::Syntax {
-            place: Place::Flag(set.to_owned()),
+            place: Location::Flag(set.to_owned()),
             message: "an assignment looks like section.key=value".to_owned(),
         });
     };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// Where in the input something stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// A position in a file, both numbers from 1; columns count characters.
     Position {
         /// The file.
@@ -21,35 +21,37 @@ pub enum Place {
     Flag(String),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Position { file, line, column } => {
+            Location::Position { file, line, column } => {
                 write!(f, "{}:{line}:{column}", file.display())
             }
-            Place::File(file) => write!(f, "{}", file.display()),
-            Place::Flag(text) => write!(f, "--set {text}"),
+            Location::File(file) => write!(f, "{}", file.display()),
+            Location::Flag(text) => write!(f, "--set {text}"),
         }
     }
 }
 
-/// Why a scenario was not accepted. Every message begins with the [`Place`].
+/// Why a scenario was not accepted. Every message begins with the [`Location`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScenarioError {
     /// A file could not be read.
-    #[error("{path}: cannot read the file: {source}", path = path.display())]
+    #[error("{path}: cannot read the file: {source}{}", shipped_hint(hint), path = path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// What the operating system said.
         source: std::io::Error,
+        /// A scenario that comes with the program and has nearly this name.
+        hint: Option<String>,
     },
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {message}")]
     Syntax {
         /// Where the parser stopped.
-        place: Place,
+        place: Location,
         /// What it expected.
         message: String,
     },
@@ -57,7 +59,7 @@ pub enum ScenarioError {
     #[error("{place}: unknown key `{key}`{}", suggestion(nearest, known))]
     UnknownKey {
         /// Where the key stands.
-        place: Place,
+        place: Location,
         /// The key with its section, `agent.gama`.
         key: String,
         /// The right key that is nearest in spelling.
@@ -69,7 +71,7 @@ pub enum ScenarioError {
     #[error("{place}: `{key}` cannot be \"{value}\"{}", suggestion(nearest, known))]
     UnknownChoice {
         /// Where the word stands.
-        place: Place,
+        place: Location,
         /// The key it was given to.
         key: String,
         /// The word.
@@ -83,28 +85,18 @@ pub enum ScenarioError {
     #[error("{place}: `{key}`: {message}")]
     Type {
         /// Where the value stands.
-        place: Place,
+        place: Location,
         /// The key it was given to.
         key: String,
         /// What was expected and what was found.
         message: String,
     },
     /// A value of the right type that breaks a rule, or does not go with another one.
-    #[error("{place}: `{key}` {rule}")]
+    #[error("{place}: {message}")]
     Rule {
         /// Where the value stands (the whole file, if a default is at odds with what the file says).
-        place: Place,
-        /// The key.
-        key: String,
-        /// The rule, as the end of a sentence that begins with the key.
-        rule: String,
-    },
-    /// A row of an edge list cannot be used.
-    #[error("{place}: {message}")]
-    EdgeList {
-        /// The row.
-        place: Place,
-        /// What is wrong with it.
+        place: Location,
+        /// The rule and what breaks it, with the key's name.
         message: String,
     },
 }
@@ -118,31 +110,30 @@ fn suggestion(nearest: &Option<String>, known: &[String]) -> String {
     }
 }
 
-/// A broken rule before its place is known: the key, and the rest of the sentence.
+/// The scenario that may have been meant.
+fn shipped_hint(hint: &Option<String>) -> String {
+    hint.as_ref().map_or_else(String::new, |name| {
+        format!("; `{name}` alone names the scenario that comes with the program")
+    })
+}
+
+/// A broken rule before its place is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrokenRule {
-    /// The key with its section, `env.goals`.
+    /// The key with its section, `env.goals[0].at`.
     pub key: String,
-    /// The rule, as the end of a sentence that begins with the key.
-    pub rule: String,
+    /// The rule and what breaks it.
+    pub message: String,
 }
 
 impl BrokenRule {
-    /// The rule that `key` breaks.
-    pub fn new(key: impl Into<String>, rule: impl Into<String>) -> Self {
-        Self {
-            key: key.into(),
-            rule: rule.into(),
+    /// The rule that `key` breaks. A message that does not name the key is prefixed by it.
+    pub fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
+        let (key, mut message) = (key.into(), message.into());
+        if !message.contains(&key) {
+            message = format!("{key}: {message}");
         }
-    }
-
-    /// `Err` of this rule unless it holds.
-    pub fn unless(holds: bool, key: &str, rule: impl Into<String>) -> Result<(), Self> {
-        if holds {
-            Ok(())
-        } else {
-            Err(Self::new(key, rule))
-        }
+        Self { key, message }
     }
 }
 
