@@ -1,122 +1,68 @@
-//! The graph convolutional network, Φ(X) = softmax(T̂ ReLU(T̂ X W0) W1) (eq. 5). (interface sketch)
+//! The graph convolutional network: Φ(X) = softmax(T̂ relu(T̂X W0 + b0) W1 + b1) (source report, "Sparse Reward
+//! Propagation for Deep Reinforcement Learning", eq. 5; Kipf & Welling, ICLR 2017).
+//!
+//! | symbol | what | shape | where |
+//! |---|---|---|---|
+//! | A | symmetric adjacency | n × n | [`Csr`](crate::graph::Csr) |
+//! | T̂ | D̃^-1/2 (A + I) D̃^-1/2 | n × n | [`Propagation`] |
+//! | X | features, here proto-value functions | n × features | the caller's |
+//! | W0, b0, W1, b1 | parameters | features × hidden, hidden, hidden × outputs, outputs | [`GcnParameters`] |
+//! | Z | linear output | n × outputs | [`Gcn::forward`] |
+//! | P | class probabilities softmax(Z) | n × classes | [`ClassifierLoss`] |
+//!
+//! loss = −(1/|Y|) Σ_{(i,c) ∈ Y} ln P_ic + (λ/|E|) · ½ tr(PᵀLP), with L = D − A and Y the labelled nodes.
+//!
+//! Two ways in: [`fit_classifier`] fits the loss above; [`Gcn::forward`], [`Gcn::backward`] and [`Adam`] serve
+//! any other loss of Z, whose gradient the caller brings. Gradients are written by hand. Results are the same bits
+//! at any number of threads.
+//!
+//! ```
+//! use eigentrail::gcn::{Adam, Gcn, GcnParams, Propagation, fit_classifier};
+//! use eigentrail::seeds::{Stream, stream};
+//! use faer::Mat;
+//!
+//! // A path 0 – 1 – 2; node 2 is rewarding (class 1), node 0 is not (class 0).
+//! let mut edges = sprs::TriMatI::<f64, u32>::new((3, 3));
+//! for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1)] {
+//!     edges.add_triplet(i, j, 1.0);
+//! }
+//! let adjacency = edges.to_csr();
+//! let features = Mat::from_fn(3, 1, |i, _| i as f64 - 1.0);
+//!
+//! let params = GcnParams::default();
+//! let mut gcn = Gcn::new(1, params.hidden_dim, 2, true, &mut stream(0, Stream::Gcn));
+//! let mut adam = Adam::new(&gcn, params.learning_rate);
+//! let propagation = Propagation::new(&adjacency);
+//! let labels = [(0, 0), (2, 1)];
+//! let (probabilities, report) = fit_classifier(
+//!     &mut gcn, &mut adam, &propagation, &adjacency, features.as_ref(), &labels, &params,
+//! )?;
+//! assert!(report.loss < report.initial_loss);
+//! assert!(probabilities[(2, 1)] > probabilities[(0, 1)]);
+//! # Ok::<(), eigentrail::gcn::GcnError>(())
+//! ```
 
-use crate::graph::Csr;
-use faer::{Mat, MatRef};
+mod adam;
+mod error;
+mod fit;
+mod layer;
+mod loss;
+mod model;
+mod parameters;
+mod params;
+mod propagation;
+mod rows;
+mod smoothness;
+mod workspace;
 
-/// T̂ = D̃^-1/2 (A + I) D̃^-1/2.
-#[derive(Clone, Debug)]
-pub struct Propagation {}
-
-#[derive(Clone, Debug)]
-pub struct GcnParams {
-    /// Hidden units (report: 16).
-    pub hidden_dim: usize,
-    /// Adam's step size (report: 0.01).
-    pub learning_rate: f64,
-    /// Epochs of a fit (report: 40).
-    pub epochs: usize,
-    /// λ of the smoothness loss λ φᵀLφ, divided by the number of edges.
-    pub smoothness: f64,
-}
-
-/// Two layers, optional biases.
-#[derive(Clone, Debug)]
-pub struct Gcn {}
-
-/// The same shapes as the parameters of [`Gcn`].
-#[derive(Clone, Debug)]
-pub struct GcnGradient {}
-
-/// Activations kept between forward and backward; reused from call to call.
-#[derive(Clone, Debug, Default)]
-pub struct GcnWorkspace {}
-
-#[derive(Clone, Debug)]
-pub struct Adam {}
-
-#[derive(Clone, Debug, PartialEq)]
-pub struct FitReport {
-    pub epochs: usize,
-    pub initial_loss: f64,
-    pub loss: f64,
-}
-
-#[derive(Clone, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum GcnError {
-    #[error("the loss became {loss} in epoch {epoch}: lower gcn.learning_rate")]
-    Diverged { epoch: usize, loss: f64 },
-}
-
-#[allow(unused_variables)]
-impl Propagation {
-    pub fn new(adjacency: &Csr) -> Self {
-        todo!()
-    }
-    /// T̂ X, n × f.
-    pub fn apply(&self, x: MatRef<'_, f64>) -> Mat<f64> {
-        todo!()
-    }
-}
-
-#[allow(unused_variables)]
-impl Gcn {
-    /// Glorot-uniform weights as PyTorch's common GCN code, zero biases if `biases`.
-    pub fn new(
-        features: usize,
-        hidden: usize,
-        outputs: usize,
-        biases: bool,
-        rng: &mut rand_chacha::ChaCha8Rng,
-    ) -> Self {
-        todo!()
-    }
-    /// Sets the last layer to 0, so that the output starts at 0 for every node.
-    pub fn zero_output_layer(&mut self) {
-        todo!()
-    }
-    /// Linear output z = T̂ relu(T̂X W0 + b0) W1 + b1, n × outputs. `tx` is T̂X: it does not change within a fit.
-    pub fn forward<'w>(
-        &self,
-        propagation: &Propagation,
-        tx: MatRef<'_, f64>,
-        workspace: &'w mut GcnWorkspace,
-    ) -> MatRef<'w, f64> {
-        todo!()
-    }
-    /// Gradient of a loss with dloss/dz = `output_gradient` (n × outputs), after `forward` on the same workspace.
-    pub fn backward(
-        &self,
-        propagation: &Propagation,
-        tx: MatRef<'_, f64>,
-        workspace: &mut GcnWorkspace,
-        output_gradient: MatRef<'_, f64>,
-    ) -> GcnGradient {
-        todo!()
-    }
-}
-
-#[allow(unused_variables)]
-impl Adam {
-    pub fn new(gcn: &Gcn, learning_rate: f64) -> Self {
-        todo!()
-    }
-    pub fn step(&mut self, gcn: &mut Gcn, gradient: &GcnGradient) {
-        todo!()
-    }
-}
-
-/// Cross-entropy on `labels` (node, class) + smoothness of the class probabilities; continues from the present weights.
-/// Returns class probabilities n × classes.
-#[allow(unused_variables)]
-pub fn fit_classifier(
-    gcn: &mut Gcn,
-    adam: &mut Adam,
-    propagation: &Propagation,
-    laplacian: &Csr,
-    features: MatRef<'_, f64>,
-    labels: &[(u32, usize)],
-    params: &GcnParams,
-) -> Result<(Mat<f64>, FitReport), GcnError> {
-    todo!()
-}
+pub use adam::Adam;
+pub use error::GcnError;
+pub use fit::{FitReport, fit_classifier};
+pub use layer::GraphConv;
+pub use loss::{ClassifierLoss, LossWorkspace};
+pub use model::Gcn;
+pub use parameters::{GcnGradient, GcnParameters};
+pub use params::GcnParams;
+pub use propagation::Propagation;
+pub use smoothness::Smoothness;
+pub use workspace::GcnWorkspace;

@@ -1,0 +1,121 @@
+//! What a fit may be told.
+
+use super::GcnError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the network and of its fit; the defaults are those of section 4.3 of the source report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, rename_all = "snake_case")]
+pub struct GcnParams {
+    /// Hidden units, at least 1 (report: 16).
+    pub hidden_dim: usize,
+    /// Adam's step size, above 0 (report: 0.01).
+    pub learning_rate: f64,
+    /// Epochs of a fit; 0 leaves the weights as they are (report: 40).
+    pub epochs: usize,
+    /// λ ≥ 0 of the smoothness loss (λ / |E|) φᵀLφ. Without it two labels leave every other node free.
+    pub smoothness: f64,
+}
+
+impl Default for GcnParams {
+    fn default() -> Self {
+        Self {
+            hidden_dim: 16,
+            learning_rate: 0.01,
+            epochs: 40,
+            smoothness: 3.0,
+        }
+    }
+}
+
+impl GcnParams {
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// [`GcnError::Param`] names the first key out of range, the rule and the value.
+    pub fn validate(&self) -> Result<(), GcnError> {
+        rule(
+            self.hidden_dim >= 1,
+            "hidden_dim",
+            "at least 1",
+            self.hidden_dim as f64,
+        )?;
+        rule(
+            self.learning_rate > 0.0 && self.learning_rate.is_finite(),
+            "learning_rate",
+            "positive and finite",
+            self.learning_rate,
+        )?;
+        rule(
+            self.smoothness >= 0.0 && self.smoothness.is_finite(),
+            "smoothness",
+            "0 or more, and finite",
+            self.smoothness,
+        )
+    }
+}
+
+fn rule(holds: bool, key: &'static str, rule: &'static str, value: f64) -> Result<(), GcnError> {
+    if holds {
+        return Ok(());
+    }
+    Err(GcnError::Param { key, rule, value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_the_reports_and_valid() {
+        let params = GcnParams::default();
+        assert_eq!(
+            (params.hidden_dim, params.learning_rate, params.epochs),
+            (16, 0.01, 40)
+        );
+        assert!(params.validate().is_ok());
+    }
+
+    #[test]
+    fn broken_rules_name_the_key_and_the_value() {
+        let message = |params: GcnParams| params.validate().unwrap_err().to_string();
+        let default = GcnParams::default;
+        assert_eq!(
+            message(GcnParams {
+                hidden_dim: 0,
+                ..default()
+            }),
+            "gcn.hidden_dim must be at least 1, it is 0"
+        );
+        for learning_rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(
+                message(GcnParams {
+                    learning_rate,
+                    ..default()
+                })
+                .starts_with("gcn.learning_rate must be positive")
+            );
+        }
+        assert_eq!(
+            message(GcnParams {
+                smoothness: -0.5,
+                ..default()
+            }),
+            "gcn.smoothness must be 0 or more, and finite, it is -0.5"
+        );
+    }
+
+    #[test]
+    fn missing_keys_default_and_unknown_keys_are_refused() {
+        let params: GcnParams = toml::from_str("epochs = 7").unwrap();
+        assert_eq!(
+            params,
+            GcnParams {
+                epochs: 7,
+                ..GcnParams::default()
+            }
+        );
+        assert!(toml::from_str::<GcnParams>("epoch = 7").is_err());
+    }
+}
