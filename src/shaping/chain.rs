@@ -43,7 +43,10 @@ impl Chain {
     /// If a state past the goals has no successor before it: the order is then not one of reachability.
     pub fn new(successors: &Successors, order: Vec<u32>, num_goals: usize) -> Self {
         let mut position = vec![u32::MAX; successors.num_states()];
-        order.iter().enumerate().for_each(|(p, &s)| position[s as usize] = p as u32);
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(p, &s)| position[s as usize] = p as u32);
         let mut chain = Self {
             num_states: successors.num_states(),
             num_goals,
@@ -56,7 +59,10 @@ impl Chain {
         let mut row = Vec::new();
         for p in num_goals..chain.order.len() {
             let (targets, probabilities) = successors.row(chain.order[p] as usize);
-            let placed = targets.iter().map(|&t| position[t as usize]).zip(probabilities.iter().copied());
+            let placed = targets
+                .iter()
+                .map(|&t| position[t as usize])
+                .zip(probabilities.iter().copied());
             row.extend(placed.filter(|&(column, _)| column != u32::MAX));
             row.sort_unstable_by_key(|&(column, _)| column);
             chain.push_row(p as u32, &row);
@@ -70,7 +76,8 @@ impl Chain {
         assert!(near > 0, "position {p} has no successor before it");
         self.first_far.push(self.columns.len() + near);
         self.columns.extend(row.iter().map(|&(column, _)| column));
-        self.probabilities.extend(row.iter().map(|&(_, probability)| probability));
+        self.probabilities
+            .extend(row.iter().map(|&(_, probability)| probability));
         self.offsets.push(self.columns.len());
     }
 

@@ -37,7 +37,10 @@ pub fn cost_to_go(
     let n = successors.num_states();
     assert_eq!(costs.len(), n, "one cost per state");
     assert_eq!(goals.len(), terminal.len(), "one terminal cost per goal");
-    assert!(costs.iter().chain(terminal).all(|&c| c >= 0.0), "costs must not be negative");
+    assert!(
+        costs.iter().chain(terminal).all(|&c| c >= 0.0),
+        "costs must not be negative"
+    );
     let (offsets, sources) = successors.predecessors();
     let mut distance = vec![f64::INFINITY; n];
     let mut heap = BinaryHeap::new();
@@ -67,4 +70,53 @@ pub fn cost_to_go(
         }
     }
     CostToGo { distance, order }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shaping::fixtures::{any_graph, grid};
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_wall_is_walked_around_and_what_it_encloses_is_out_of_reach() {
+        // 0 1 2 3
+        // 4 # # 7        cell 5 and 6 are walls
+        // 8 9 …
+        let successors = Successors::undirected(&grid(3, 4, &[5, 6])).unwrap();
+        let reach = cost_to_go(&successors, &[1.0; 12], &[0], &[0.0]);
+        assert_eq!(reach.distance[..5], [0.0, 1.0, 2.0, 3.0, 1.0]);
+        assert_eq!(reach.distance[7], 4.0);
+        assert!(reach.distance[5].is_infinite() && reach.distance[6].is_infinite());
+        assert_eq!(reach.order.len(), 10);
+    }
+
+    /// A goal absorbs: the way to the good goal does not lead through the poor one.
+    #[test]
+    fn no_way_leads_through_a_goal() {
+        let successors = Successors::undirected(&grid(1, 5, &[])).unwrap();
+        let reach = cost_to_go(&successors, &[1.0; 5], &[0, 2], &[0.0, 7.0]);
+        assert_eq!(reach.distance, [0.0, 1.0, 7.0, 8.0, 9.0]);
+    }
+
+    proptest! {
+        /// Bellman's equation, and the order that the chain relies on.
+        #[test]
+        fn distances_satisfy_bellman(
+            adjacency in any_graph(),
+            costs in prop::collection::vec(0.05_f64..9.0, 24),
+        ) {
+            let successors = Successors::undirected(&adjacency).unwrap();
+            let n = adjacency.rows();
+            let CostToGo { distance, order } = cost_to_go(&successors, &costs[..n], &[1], &[0.5]);
+            prop_assert_eq!(distance[1], 0.5);
+            for i in (0..n).filter(|&i| i != 1) {
+                let next = successors.row(i).0.iter().map(|&j| distance[j as usize]);
+                let best = next.fold(f64::INFINITY, f64::min);
+                prop_assert_eq!(distance[i], costs[i] + best);
+            }
+            prop_assert_eq!(order.len(), distance.iter().filter(|d| d.is_finite()).count());
+            prop_assert!(order[1..].is_sorted_by_key(|&s| distance[s as usize]));
+        }
+    }
 }

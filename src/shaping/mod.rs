@@ -31,7 +31,7 @@
 //! | [`heat`] | the same diffusion with a fixed cost: the control without learning |
 //! | [`hops`] | directed hop distance to the nearest goal on the visited graph |
 //! | [`oracle`] | distance on the true map, which no agent has: the upper yardstick |
-//! | [`none`](PotentialKind::None) | 0 |
+//! | [`none`] | 0 |
 //!
 //! References: A. Y. Ng, D. Harada, S. Russell, *Policy invariance under reward transformations*, ICML 1999 ·
 //! S. Devlin, D. Kudenko, *Dynamic potential-based reward shaping*, AAMAS 2012 · M. Grześ, *Reward shaping in
@@ -45,14 +45,19 @@ pub mod conductance;
 pub mod cost_to_go;
 pub mod diffusion;
 pub mod features;
+#[cfg(test)]
+mod fixtures;
 pub mod heat;
 pub mod hops;
+mod network;
+pub mod none;
 pub mod on_graph;
 pub mod oracle;
 pub mod params;
 pub mod potential;
 pub mod report;
 pub mod shaper;
+pub mod site;
 pub mod successors;
 pub mod terrain;
 

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Where φ comes from.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PotentialKind {
     /// A GCN sets the local cost of a diffusion (the default).
@@ -57,9 +55,7 @@ impl fmt::Display for PotentialKind {
 }
 
 /// In which units φ is handed out.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ScaleMode {
     /// Shifted to 0 at the best goal and scaled to `scale_factor` times the cost of the longest known way there.
@@ -125,16 +121,36 @@ impl ShapingParams {
         // Below this a state cost would sink under the tolerance of the solve, and with it the maximum principle.
         let cost = |x: f64| (1e-3..=100.0).contains(&x);
         let rules = [
-            ("scale_factor", self.scale_factor, positive(self.scale_factor), "a positive number"),
-            ("mix", self.mix, (0.0..=1.0).contains(&self.mix), "between 0 and 1"),
-            ("temperature", self.temperature, cost(self.temperature), "between 0.001 and 100"),
+            (
+                "scale_factor",
+                self.scale_factor,
+                positive(self.scale_factor),
+                "a positive number",
+            ),
+            (
+                "mix",
+                self.mix,
+                (0.0..=1.0).contains(&self.mix),
+                "between 0 and 1",
+            ),
+            (
+                "temperature",
+                self.temperature,
+                cost(self.temperature),
+                "between 0.001 and 100",
+            ),
             (
                 "log_cost_clip",
                 self.log_cost_clip,
                 (0.0..=3.0).contains(&self.log_cost_clip),
                 "between 0 and 3",
             ),
-            ("num_labels", self.num_labels as f64, self.num_labels > 0, "at least 1"),
+            (
+                "num_labels",
+                self.num_labels as f64,
+                self.num_labels > 0,
+                "at least 1",
+            ),
             (
                 "cost_smoothness",
                 self.cost_smoothness,
@@ -186,19 +202,31 @@ mod tests {
             assert_eq!(params.validate().unwrap_err().to_string(), message);
         };
         check(
-            ShapingParams { mix: 1.5, ..Default::default() },
+            ShapingParams {
+                mix: 1.5,
+                ..Default::default()
+            },
             "shaping.mix is 1.5: it must be between 0 and 1",
         );
         check(
-            ShapingParams { scale_factor: f64::NAN, ..Default::default() },
+            ShapingParams {
+                scale_factor: f64::NAN,
+                ..Default::default()
+            },
             "shaping.scale_factor is NaN: it must be a positive number",
         );
         check(
-            ShapingParams { temperature: 0.0, ..Default::default() },
+            ShapingParams {
+                temperature: 0.0,
+                ..Default::default()
+            },
             "shaping.temperature is 0: it must be between 0.001 and 100",
         );
         check(
-            ShapingParams { num_labels: 0, ..Default::default() },
+            ShapingParams {
+                num_labels: 0,
+                ..Default::default()
+            },
             "shaping.num_labels is 0: it must be at least 1",
         );
     }

@@ -60,7 +60,10 @@ impl PotentialTable {
     /// # Panics
     /// If `value` is not finite.
     pub fn extend(&mut self, state: StateId, value: f64) {
-        assert!(value.is_finite(), "the potential of {state:?} would be {value}");
+        assert!(
+            value.is_finite(),
+            "the potential of {state:?} would be {value}"
+        );
         if self.values.len() <= state.index() {
             self.values.resize(state.index() + 1, value);
         }
@@ -78,14 +81,20 @@ impl PotentialTable {
 impl Potential for PotentialTable {
     /// φ(state); a state beyond the table has the lowest value of the last fit (0 before the first).
     fn value(&self, state: StateId) -> f64 {
-        self.values.get(state.index()).copied().unwrap_or(self.unknown)
+        self.values
+            .get(state.index())
+            .copied()
+            .unwrap_or(self.unknown)
     }
 }
 
 /// The first value that is not finite, as an error.
 pub(crate) fn check_finite(values: &[f64]) -> Result<(), ShapingError> {
     match values.iter().position(|v| !v.is_finite()) {
-        Some(state) => Err(ShapingError::NotFinite { state, value: values[state] }),
+        Some(state) => Err(ShapingError::NotFinite {
+            state,
+            value: values[state],
+        }),
         None => Ok(()),
     }
 }
@@ -131,16 +140,7 @@ fn reachable<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The path 0 – 1 – … – (n−1).
-    fn path(n: usize) -> Csr {
-        let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
-        for i in 1..n {
-            triplets.add_triplet(i - 1, i, 1.0);
-            triplets.add_triplet(i, i - 1, 1.0);
-        }
-        triplets.to_csr()
-    }
+    use crate::shaping::fixtures::{graph, path};
 
     fn ids(states: &[u32]) -> Vec<StateId> {
         states.iter().map(|&s| StateId(s)).collect()
@@ -155,20 +155,25 @@ mod tests {
 
     #[test]
     fn a_plateau_counts_and_so_does_a_flat_potential() {
-        assert_eq!(spurious_maxima(&[0.0, -1.0, -1.0, -1.0], &path(4), &ids(&[0])), ids(&[2, 3]));
-        assert_eq!(spurious_maxima(&[0.0; 3], &path(3), &ids(&[1])), ids(&[0, 2]));
+        assert_eq!(
+            spurious_maxima(&[0.0, -1.0, -1.0, -1.0], &path(4), &ids(&[0])),
+            ids(&[2, 3])
+        );
+        assert_eq!(
+            spurious_maxima(&[0.0; 3], &path(3), &ids(&[1])),
+            ids(&[0, 2])
+        );
     }
 
     #[test]
     fn what_no_goal_reaches_does_not_count() {
-        let mut triplets = sprs::TriMatI::<f64, u32>::new((4, 4));
-        for (i, j) in [(0, 1), (1, 0), (2, 3), (3, 2), (3, 3)] {
-            triplets.add_triplet(i, j, 1.0);
-        }
-        let two_components: Csr = triplets.to_csr();
+        let two_components = graph(4, &[(0, 1), (2, 3), (3, 3)]);
         let phi = [0.0, -1.0, -5.0, -4.0];
         assert_eq!(spurious_maxima(&phi, &two_components, &ids(&[0])), []);
-        assert_eq!(spurious_maxima(&phi, &two_components, &ids(&[2])), ids(&[3]));
+        assert_eq!(
+            spurious_maxima(&phi, &two_components, &ids(&[2])),
+            ids(&[3])
+        );
         assert_eq!(spurious_maxima(&phi, &two_components, &[]), []);
     }
 
@@ -176,14 +181,25 @@ mod tests {
     fn a_table_grows_inherits_and_takes_fits_over() {
         let mut table = PotentialTable::new();
         assert_eq!(table.value(StateId(9)), 0.0);
-        let fit = |values: &[f64]| PotentialFit { values: values.to_vec(), ..Default::default() };
+        let fit = |values: &[f64]| PotentialFit {
+            values: values.to_vec(),
+            ..Default::default()
+        };
         table.replace(&fit(&[0.0, -1.0, -4.0])).unwrap();
         assert_eq!(table.value(StateId(1)), -1.0);
-        assert_eq!(table.value(StateId(7)), -4.0, "unknown states have the lowest value");
+        assert_eq!(
+            table.value(StateId(7)),
+            -4.0,
+            "unknown states have the lowest value"
+        );
         table.inherit(StateId(3), StateId(1));
         assert_eq!(table.value(StateId(3)), -1.0);
         table.inherit(StateId(3), StateId(2));
-        assert_eq!(table.value(StateId(3)), -1.0, "a known state keeps its value");
+        assert_eq!(
+            table.value(StateId(3)),
+            -1.0,
+            "a known state keeps its value"
+        );
         table.extend(StateId(4), -2.5);
         table.replace(&fit(&[0.0, -2.0])).unwrap();
         assert_eq!(table.values(), [0.0, -2.0, -4.0, -1.0, -2.5]);
@@ -194,7 +210,10 @@ mod tests {
         let mut table = PotentialTable::new();
         table.extend(StateId(0), -1.0);
         let before = table.clone();
-        let bad = PotentialFit { values: vec![0.0, f64::NAN], ..Default::default() };
+        let bad = PotentialFit {
+            values: vec![0.0, f64::NAN],
+            ..Default::default()
+        };
         let error = table.replace(&bad).unwrap_err();
         assert_eq!(error.to_string(), "the potential of state 1 is NaN");
         assert_eq!(table, before);

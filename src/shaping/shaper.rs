@@ -32,7 +32,10 @@ impl RewardShaper {
     /// If `gamma` is not in [0, 1].
     pub fn new(gamma: f64) -> Self {
         assert!((0.0..=1.0).contains(&gamma), "gamma is {gamma}");
-        Self { gamma, entered_with: 0.0 }
+        Self {
+            gamma,
+            entered_with: 0.0,
+        }
     }
 
     /// The discount in F.

@@ -37,7 +37,11 @@ impl Successors {
     /// If `adjacency` has not one row per state of `graph`.
     pub fn observed(graph: &TransitionGraph, adjacency: &Csr) -> Result<Self, ShapingError> {
         let n = graph.num_states();
-        assert_eq!(adjacency.rows(), n, "the adjacency must be that of the transition graph");
+        assert_eq!(
+            adjacency.rows(),
+            n,
+            "the adjacency must be that of the transition graph"
+        );
         let mut rows = Self::with_capacity(n, adjacency.nnz());
         let mut row = Vec::new();
         for i in 0..n {
@@ -69,7 +73,11 @@ impl Successors {
     fn with_capacity(n: usize, nnz: usize) -> Self {
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
-        Self { offsets, targets: Vec::with_capacity(nnz), probabilities: Vec::with_capacity(nnz) }
+        Self {
+            offsets,
+            targets: Vec::with_capacity(nnz),
+            probabilities: Vec::with_capacity(nnz),
+        }
     }
 
     /// Appends the normalised row, parallel entries merged.
@@ -111,7 +119,9 @@ impl Successors {
     pub(crate) fn predecessors(&self) -> (Vec<usize>, Vec<u32>) {
         let n = self.num_states();
         let mut offsets = vec![0; n + 1];
-        self.targets.iter().for_each(|&j| offsets[j as usize + 1] += 1);
+        self.targets
+            .iter()
+            .for_each(|&j| offsets[j as usize + 1] += 1);
         (0..n).for_each(|j| offsets[j + 1] += offsets[j]);
         let mut next = offsets.clone();
         let mut sources = vec![0; self.nnz()];
@@ -129,7 +139,10 @@ impl Successors {
 fn empirical_row(graph: &TransitionGraph, state: StateId, row: &mut Vec<(u32, f64)>) {
     let moves = || graph.outcomes(state).filter(move |o| o.next != state);
     let seen_of = |action: Action| -> f64 {
-        moves().filter(|o| o.action == action).map(|o| f64::from(o.count)).sum()
+        moves()
+            .filter(|o| o.action == action)
+            .map(|o| f64::from(o.count))
+            .sum()
     };
     row.extend(moves().map(|o| (o.next.0, f64::from(o.count) / seen_of(o.action))));
 }
@@ -142,7 +155,11 @@ fn undirected_row(
     let (columns, weights) = csr_row(adjacency, i);
     for (&j, &value) in columns.iter().zip(weights) {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(ShapingError::Weight { row: i, column: j as usize, value });
+            return Err(ShapingError::Weight {
+                row: i,
+                column: j as usize,
+                value,
+            });
         }
         if j as usize != i {
             row.push((j, value));

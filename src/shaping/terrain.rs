@@ -1,7 +1,7 @@
 //! What every potential needs to know about the visited world: moves, step costs, goals, and the scale of the return.
 //!
 //! ```text
-//! c_i = |mean reward of a step from i| / r̄        local cost in typical steps;  r̄ = its median over states
+//! c_i = |mean reward of a step from i| / r̄        local cost in typical steps;  r̄ = median of those that are not 0
 //! D_g = (R_max − R_g) / r̄                          what ending at goal g forgoes, in typical steps
 //! d_i = c_i + min_j d_j,   d_g = D_g              cost-to-go;   E = max_i d_i, the eccentricity
 //! φ_i = −factor · r̄ · E · (v_i − min_g v_g) / (max_i v_i − min_g v_g)
@@ -24,6 +24,9 @@ use crate::graph::{StateId, TransitionGraph};
 /// Lowest and highest local cost in typical steps. The floor keeps the diffusion's cost, and with it the maximum
 /// principle, well above the solver's tolerance; the ceiling keeps one dreadful cell from flattening φ elsewhere.
 const COST_RANGE: (f64, f64) = (0.05, 20.0);
+
+/// A v that rises by less than this is flat: stretching it to the return would only amplify rounding.
+const MIN_RISE: f64 = 1e-9;
 
 /// The visited world as the potentials see it. Vectors are by position of the chain.
 #[derive(Clone, Debug)]
@@ -50,7 +53,10 @@ impl Terrain {
         let successors = Successors::observed(inputs.graph, inputs.adjacency)?;
         let (costs, typical) = observed_costs(inputs.graph)?;
         if let Some(bad) = inputs.goals.iter().find(|g| !g.reward.is_finite()) {
-            return Err(ShapingError::Reward { state: bad.state.index(), value: bad.reward });
+            return Err(ShapingError::Reward {
+                state: bad.state.index(),
+                value: bad.reward,
+            });
         }
         Ok(Self::assemble(&successors, &costs, typical, inputs.goals))
     }
@@ -60,8 +66,16 @@ impl Terrain {
     /// # Panics
     /// If a goal is out of range.
     pub fn uniform(successors: &Successors, goals: &[StateId]) -> Self {
-        let goals: Vec<Goal> = goals.iter().map(|&state| Goal { state, reward: 0.0 }).collect();
-        Self::assemble(successors, &vec![1.0; successors.num_states()], Some(1.0), &goals)
+        let goals: Vec<Goal> = goals
+            .iter()
+            .map(|&state| Goal { state, reward: 0.0 })
+            .collect();
+        Self::assemble(
+            successors,
+            &vec![1.0; successors.num_states()],
+            Some(1.0),
+            &goals,
+        )
     }
 
     fn assemble(
@@ -79,7 +93,11 @@ impl Terrain {
             let largest = goals.iter().map(|g| g.reward.abs()).fold(0.0, f64::max);
             // Infinite step cost: rewards forgone count nothing, plain distances come out.
             let farthest = farthest(&reach(f64::INFINITY), goals.len());
-            if largest > 0.0 { largest / farthest.max(1.0) } else { 1.0 }
+            if largest > 0.0 {
+                largest / farthest.max(1.0)
+            } else {
+                1.0
+            }
         });
         let CostToGo { distance, order } = reach(step_reward);
         let chain = Chain::new(successors, order, goals.len());
@@ -93,7 +111,10 @@ impl Terrain {
 
     /// E: the largest cost-to-go of a state that is no goal, in typical steps; 0 if there is none.
     pub fn eccentricity(&self) -> f64 {
-        self.past_goals(&self.distances).iter().copied().fold(0.0, f64::max)
+        self.past_goals(&self.distances)
+            .iter()
+            .copied()
+            .fold(0.0, f64::max)
     }
 
     /// D_g, in typical steps: 0 for the best goal.
@@ -126,9 +147,12 @@ impl Terrain {
     pub fn potential(&self, v: &[f64], factor: f64) -> Vec<f64> {
         assert_eq!(v.len(), self.chain.len(), "one value per position");
         let rise = self.rise(v);
-        let scale = factor * self.step_reward * self.eccentricity().max(1.0);
-        let per_unit = if rise > 0.0 { scale / rise } else { 0.0 };
-        let best = v[..self.chain.num_goals()].iter().copied().fold(f64::INFINITY, f64::min);
+        let scale = factor * self.step_reward * self.eccentricity();
+        let per_unit = if rise > MIN_RISE { scale / rise } else { 0.0 };
+        let best = v[..self.chain.num_goals()]
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
         // `best − v` rather than `−(v − best)`: the best goal gets 0.0, not −0.0.
         let phi: Vec<f64> = v.iter().map(|&v| per_unit * (best - v)).collect();
         let lowest = self.past_goals(&phi).iter().copied().fold(0.0, f64::min);
@@ -137,12 +161,20 @@ impl Terrain {
 }
 
 fn forgone(goals: &[Goal], step_reward: f64) -> Vec<f64> {
-    let best = goals.iter().map(|g| g.reward).fold(f64::NEG_INFINITY, f64::max);
-    goals.iter().map(|g| (best - g.reward) / step_reward).collect()
+    let best = goals
+        .iter()
+        .map(|g| g.reward)
+        .fold(f64::NEG_INFINITY, f64::max);
+    goals
+        .iter()
+        .map(|g| (best - g.reward) / step_reward)
+        .collect()
 }
 
 fn farthest(reach: &CostToGo, num_goals: usize) -> f64 {
-    let others = reach.order[num_goals..].iter().map(|&s| reach.distance[s as usize]);
+    let others = reach.order[num_goals..]
+        .iter()
+        .map(|&s| reach.distance[s as usize]);
     others.fold(0.0, f64::max)
 }
 
@@ -153,19 +185,24 @@ fn observed_costs(graph: &TransitionGraph) -> Result<(Vec<f64>, Option<f64>), Sh
     let mut costs = vec![f64::NAN; graph.num_states()];
     for (i, cost) in costs.iter_mut().enumerate() {
         let state = StateId(i as u32);
-        let steps = graph.outcomes(state).filter(|o| !o.terminal && o.next != state);
-        let (sum, count) = steps
-            .fold((0.0, 0.0), |(sum, count), o| (sum + o.reward_sum, count + f64::from(o.count)));
+        let steps = graph
+            .outcomes(state)
+            .filter(|o| !o.terminal && o.next != state);
+        let (sum, count) = steps.fold((0.0, 0.0), |(sum, count), o| {
+            (sum + o.reward_sum, count + f64::from(o.count))
+        });
         if count > 0.0 {
             let value = sum / count;
             if !value.is_finite() {
                 return Err(ShapingError::Reward { state: i, value });
             }
             *cost = value.abs();
-            seen.push(value.abs());
+            if value != 0.0 {
+                seen.push(value.abs());
+            }
         }
     }
-    let typical = median(&mut seen).filter(|&m| m > 0.0);
+    let typical = median(&mut seen);
     for cost in &mut costs {
         let relative = typical.map_or(1.0, |typical| *cost / typical);
         let known = if relative.is_nan() { 1.0 } else { relative };
