@@ -1,1 +1,77 @@
-//! (to be written)
+//! Everything that can go wrong, and whose fault it is.
+
+use crate::engine::PipelineError;
+use crate::graph::MatrixMarketError;
+use crate::runner::RunnerError;
+use crate::scenario::ScenarioError;
+use crate::shaping::ShapingError;
+use crate::spectral::SpectralError;
+
+/// An error of any part of the library.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A scenario was not accepted.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A graph file was not accepted.
+    #[error(transparent)]
+    MatrixMarket(#[from] MatrixMarketError),
+    /// A file or folder around a run could not be used.
+    #[error(transparent)]
+    Runner(#[from] RunnerError),
+    /// A run could not go on.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// Eigenpairs could not be computed.
+    #[error(transparent)]
+    Spectral(#[from] SpectralError),
+    /// A potential could not be computed.
+    #[error(transparent)]
+    Shaping(#[from] ShapingError),
+}
+
+/// The library's result.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Whose fault an error is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The caller asked for something that cannot be: another input will do.
+    BadInput,
+    /// Something failed on the way.
+    Failed,
+}
+
+impl Error {
+    /// Whose fault it is.
+    pub fn kind(&self) -> ErrorKind {
+        let bad_input = match self {
+            Error::Scenario(_) | Error::MatrixMarket(_) => true,
+            Error::Runner(error) => error.is_bad_input(),
+            Error::Spectral(error) => is_about_the_graph(error),
+            Error::Shaping(error) => matches!(
+                error,
+                ShapingError::NoGoal
+                    | ShapingError::GoalRange { .. }
+                    | ShapingError::Weight { .. }
+                    | ShapingError::KindNeedsWorld { .. }
+                    | ShapingError::Parameter { .. }
+            ),
+            Error::Pipeline(_) => false,
+        };
+        if bad_input { ErrorKind::BadInput } else { ErrorKind::Failed }
+    }
+}
+
+fn is_about_the_graph(error: &SpectralError) -> bool {
+    matches!(
+        error,
+        SpectralError::Weight { .. }
+            | SpectralError::Degree { .. }
+            | SpectralError::Asymmetric { .. }
+            | SpectralError::Parameter { .. }
+            | SpectralError::TooManyPairs { .. }
+    )
+}

@@ -25,6 +25,8 @@ pub enum Stream {
     Walks = 6,
     /// Resampling in statistics.
     Bootstrap = 7,
+    /// Ties of the exploration.
+    Exploration = 8,
 }
 
 /// The generator of `stream` under `master_seed`.

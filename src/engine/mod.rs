@@ -1,1 +1,191 @@
-//! (to be written)
+//! The loop of environment, pipeline and agent.
+//!
+//! - [`pipeline`]: transitions in, shaped rewards out; usable without the loop.
+//! - [`schedule`]: when spectrum and potential are brought up to date.
+//! - [`goals`]: what the ends of the episodes have taught.
+//! - [`record`]: what happened, as rows.
+
+pub mod goals;
+pub mod pipeline;
+pub mod record;
+pub mod schedule;
+
+pub use pipeline::{Observed, PipelineError, PipelineParams, ShapingPipeline};
+pub use record::{EpisodeRecord, RefreshRecord};
+pub use schedule::ScheduleParams;
+
+use crate::agent::{Agent, Experience, Situation};
+use crate::env::{Environment, StepStatus};
+use crate::graph::StateId;
+use tracing::{debug, info, warn};
+
+/// One environment, one pipeline, one agent.
+pub struct Engine<E: Environment, A> {
+    env: E,
+    pipeline: ShapingPipeline<E::State>,
+    agent: A,
+    episode: u64,
+    step: u64,
+    first_goal_step: Option<u64>,
+    /// Called for every state when it is discovered; gives the oracle its distances.
+    on_discovery: Option<DiscoveryHook<E::State>>,
+}
+
+/// Gives a state's true distance to the goal, in steps.
+pub type DiscoveryHook<S> = Box<dyn Fn(&S) -> f64 + Send>;
+
+impl<E: Environment, A: Agent> Engine<E, A> {
+    /// Joins the three.
+    pub fn new(env: E, pipeline: ShapingPipeline<E::State>, agent: A) -> Self {
+        Self { env, pipeline, agent, episode: 0, step: 0, first_goal_step: None, on_discovery: None }
+    }
+
+    /// Tells the oracle potential the true distance of every state as it is discovered.
+    pub fn with_true_distances(mut self, distance: DiscoveryHook<E::State>) -> Self {
+        self.on_discovery = Some(distance);
+        self
+    }
+
+    /// Runs one episode. `on_refresh` is handed every refresh as it happens.
+    ///
+    /// # Errors
+    /// As [`ShapingPipeline::observe`].
+    pub fn run_episode(&mut self, mut on_refresh: impl FnMut(&RefreshRecord)) -> Result<EpisodeRecord, PipelineError> {
+        let start = self.env.reset();
+        let mut state = self.pipeline.begin_episode(&start);
+        self.tell_distance(state);
+        let mut record = self.begin_record();
+        loop {
+            let action = self.agent.select_action(Situation { state, advice: self.pipeline.advice() });
+            let step = self.env.step(action);
+            self.step += 1;
+            let seen = self.pipeline.observe(action, &step)?;
+            if seen.new_state {
+                self.tell_distance(seen.state);
+            }
+            if seen.first_goal {
+                self.first_goal_step = Some(self.step);
+                info!(name: "first_goal", step = self.step, nodes = self.pipeline.transitions().num_states(), "first_goal");
+            }
+            if let Some(refresh) = &seen.refresh {
+                self.take_up(refresh);
+                on_refresh(refresh);
+            }
+            let reward = step.reward + seen.bonus;
+            self.agent.update(&Experience {
+                state,
+                action,
+                reward,
+                shaping: seen.shaping,
+                next: Situation { state: seen.state, advice: self.pipeline.advice() },
+                status: step.status,
+            });
+            record.length += 1;
+            record.plain_return += step.reward;
+            record.shaped_return += reward + seen.shaping;
+            state = seen.state;
+            if step.status.is_last() {
+                return Ok(self.end_record(record, step.status));
+            }
+        }
+    }
+
+    /// Environment steps taken so far.
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+
+    /// The step at which a goal was entered first.
+    pub fn first_goal_step(&self) -> Option<u64> {
+        self.first_goal_step
+    }
+
+    /// The pipeline: graph, spectrum, potential.
+    pub fn pipeline(&self) -> &ShapingPipeline<E::State> {
+        &self.pipeline
+    }
+
+    /// The agent.
+    pub fn agent(&self) -> &A {
+        &self.agent
+    }
+
+    /// The environment.
+    pub fn env(&self) -> &E {
+        &self.env
+    }
+
+    /// The environment, to change the task between two episodes.
+    pub fn env_mut(&mut self) -> &mut E {
+        &mut self.env
+    }
+
+    fn tell_distance(&mut self, state: StateId) {
+        if let Some(distance) = &self.on_discovery {
+            let steps = distance(self.pipeline.graph().state(state));
+            self.pipeline.set_true_distance(state, steps);
+        }
+    }
+
+    /// Logs a refresh and hands new features to the agent.
+    fn take_up(&mut self, refresh: &RefreshRecord) {
+        debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
+        if let Some(spectrum) = &refresh.spectrum {
+            log_spectrum(refresh, spectrum);
+            if let Some(features) = self.pipeline.spectrum().features() {
+                self.agent.set_features(features);
+            }
+        }
+        if let Some(fit) = &refresh.fit {
+            let loss = fit.fit.as_ref().map(|report| report.loss);
+            let epochs = fit.fit.as_ref().map(|report| report.epochs);
+            debug!(name: "gcn_fit", step = refresh.step, nodes = refresh.nodes, loss, epochs, elapsed_ms = refresh.fit_seconds * 1e3, "gcn_fit");
+        }
+    }
+
+    fn begin_record(&self) -> EpisodeRecord {
+        EpisodeRecord {
+            episode: self.episode,
+            step: self.step,
+            length: 0,
+            plain_return: 0.0,
+            shaped_return: 0.0,
+            status: StepStatus::Running,
+            nodes: 0,
+            edges: 0,
+        }
+    }
+
+    fn end_record(&mut self, mut record: EpisodeRecord, status: StepStatus) -> EpisodeRecord {
+        let graph = self.pipeline.transitions();
+        record.step = self.step;
+        record.status = status;
+        record.nodes = graph.num_states();
+        record.edges = graph.adjacency().num_edges();
+        self.episode += 1;
+        record
+    }
+}
+
+fn log_spectrum(refresh: &RefreshRecord, spectrum: &crate::spectral::SpectrumRefresh) {
+    let convergence = &spectrum.convergence;
+    debug!(
+        name: "spectrum_refresh",
+        step = refresh.step,
+        nodes = refresh.nodes,
+        edges = refresh.edges,
+        converged = convergence.converged,
+        applications = convergence.applications,
+        max_relative_residual = convergence.max_relative_residual,
+        elapsed_ms = refresh.spectrum_seconds * 1e3,
+        "spectrum_refresh"
+    );
+    if convergence.converged < spectrum.eigenvalues.len() {
+        warn!(
+            step = refresh.step,
+            nodes = refresh.nodes,
+            converged = convergence.converged,
+            "some eigenpairs did not converge; the best found are used: raise spectral.tol or lower spectral.num_eigenpairs"
+        );
+    }
+}

@@ -4,6 +4,28 @@
 //! [`Environment::step`] answers with the next state, the reward and how the episode stands. An episode ends in
 //! one of two ways that must never be confused: **terminated** (the task is over, nothing can follow: value and
 //! potential of what follows are 0) and **truncated** (the clock ran out: the state still has its value).
+//!
+//! What stands behind the contract:
+//!
+//! - [`grid_world`]: four moves on a [`layouts::Layout`] (open field, rooms, linked grids, maze, caves, ASCII map);
+//! - [`edge_list`]: any finite MDP or graph from a CSV file;
+//! - [`tabular`]: [`TabularMdp`], a finite MDP given by P and R, with what can be computed from it exactly;
+//! - [`conformance`]: the contract as a test kit, for these worlds and for yours.
+//!
+//! Worlds draw from the generator they are given and from nothing else; they allocate when built, never in a step.
+
+pub mod conformance;
+pub mod edge_list;
+mod error;
+pub mod grid_world;
+pub mod layouts;
+pub mod tabular;
+
+pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
+pub use error::{EdgeListProblem, EnvError};
+pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
+pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
+pub use tabular::{MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
 
 use std::fmt::Debug;
 use std::hash::Hash;
@@ -64,4 +86,31 @@ pub trait Environment {
     /// # Panics
     /// If the episode is over (or none was begun), or if `action` is out of range.
     fn step(&mut self, action: Action) -> Step<Self::State>;
+}
+
+/// A world whose true P and R are known.
+///
+/// For yardsticks (the optimum that regret is measured against, the oracle potential) and for tests: a learner never
+/// sees it.
+pub trait Model: Environment {
+    /// The world as a finite MDP. Its states are all that could occur, visited or not. O(states × actions).
+    fn to_mdp(&self) -> TabularMdp;
+
+    /// The number of `state` in [`to_mdp`](Self::to_mdp); O(1).
+    ///
+    /// # Panics
+    /// If `state` is not one of this world's states.
+    fn mdp_index(&self, state: &Self::State) -> usize;
+
+    /// Where an episode may begin, as numbers in [`to_mdp`](Self::to_mdp), each equally likely; never empty.
+    fn start_states(&self) -> Vec<usize>;
+
+    /// After how many steps an episode is truncated; at least 1.
+    fn max_steps(&self) -> usize;
+
+    /// What the best policy earns in an episode and how long it takes; see [`TabularMdp::optimum`] for the cost.
+    fn optimum(&self) -> Optimum {
+        self.to_mdp()
+            .optimum(&self.start_states(), self.max_steps())
+    }
 }

@@ -1,1 +1,24 @@
-//! (to be written)
+//! Experiments: a scenario becomes an engine, runs, and leaves a folder.
+//!
+//! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
+//! - [`run`]: one seed into a run folder, records written as they happen.
+//! - [`track`], [`potential_of_graph`]: spectra and potentials of any graph, without a world.
+
+mod build;
+mod error;
+pub mod files;
+mod folder;
+mod potential;
+mod records;
+mod run;
+mod session;
+mod track;
+
+pub use build::{build_engine, pipeline_params};
+pub use error::RunnerError;
+pub use folder::{Existing, RunFolder, is_run, seed_folder_name};
+pub use potential::{GraphPotential, potential_of_graph};
+pub use records::{SeedRecords, write_matrix};
+pub use run::{SeedOutcome, Watch, run_seed};
+pub use session::{RunReport, RunRequest, run};
+pub use track::{TrackReport, TrackUpdate, track};

@@ -1,27 +1,99 @@
-//! The potential φ and the shaped reward r + γφ(s′) − φ(s). (interface sketch)
+//! The potential φ and the shaped reward.
+//!
+//! ```text
+//! R′ = R + F,    F_t = γ φ_{t+1}(s_{t+1}) − φ_t(s_t)                      (eq. 3 and 4 of the source report)
+//! ```
+//!
+//! φ_t(s_t) is the value that was used when s_t was *entered*, not the present one, because φ changes while the
+//! agent learns. Along an episode s_0 … s_T the discounted sum of F then telescopes,
+//!
+//! ```text
+//! Σ_t γ^t F_t = γ^T φ_T(s_T) − φ_0(s_0),
+//! ```
+//!
+//! whatever happened to φ in between. Shaping leaves the set of optimal policies as it is when this sum does not
+//! depend on what the agent did, and that asks for two things:
+//!
+//! - φ = 0 after **termination**: otherwise the agent is paid γ^T φ(s_T) for *where* the episode ended;
+//! - the true φ after **truncation**: the episode would have gone on, so the state keeps its potential just as it
+//!   keeps its value.
+//!
+//! φ(s_0) is the same for every policy and drops out. Since φ is 0 on termination, a potential whose value at the
+//! goal is far from 0 makes the last step a cliff; [`terrain::Terrain::potential`] therefore shifts φ to 0 at the
+//! goal, and puts it on the scale of the return, which is what decides how much shaping helps.
+//!
+//! The potentials, all behind [`PotentialModel`]:
+//!
+//! | kind | φ |
+//! |---|---|
+//! | [`gcn`](conductance) | a GCN sets the local cost of a linearly solvable MDP; no false maxima for any weights |
+//! | [`report`] | the GCN's probability of the rewarding class (eq. 5) |
+//! | [`heat`] | the same diffusion with a fixed cost: the control without learning |
+//! | [`hops`] | directed hop distance to the nearest goal on the visited graph |
+//! | [`oracle`] | distance on the true map, which no agent has: the upper yardstick |
+//! | [`none`] | 0 |
+//!
+//! References: A. Y. Ng, D. Harada, S. Russell, *Policy invariance under reward transformations*, ICML 1999 ·
+//! S. Devlin, D. Kudenko, *Dynamic potential-based reward shaping*, AAMAS 2012 · M. Grześ, *Reward shaping in
+//! episodic reinforcement learning*, AAMAS 2017 · E. Todorov, *Linearly-solvable Markov decision problems*,
+//! NIPS 2006 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*, NeurIPS 2020.
 
-use crate::graph::{StateId, TransitionGraph};
+pub mod adjoint;
+pub mod build;
+pub mod chain;
+pub mod conductance;
+pub mod cost_to_go;
+pub mod diffusion;
+pub mod features;
+#[cfg(test)]
+mod fixtures;
+pub mod heat;
+pub mod hops;
+mod network;
+pub mod none;
+pub mod on_graph;
+pub mod oracle;
+pub mod params;
+pub mod potential;
+pub mod report;
+pub mod shaper;
+pub mod site;
+pub mod successors;
+pub mod terrain;
+
+pub use build::build_potential;
+pub use diffusion::SolveReport;
+pub use on_graph::potential_on_graph;
+pub use params::{PotentialKind, ScaleMode, ShapingParams};
+pub use potential::{PotentialTable, spurious_maxima};
+pub use shaper::RewardShaper;
+
+use crate::graph::{Csr, StateId, TransitionGraph};
 use faer::MatRef;
 
 /// A function of states that shapes the reward.
 pub trait Potential {
-    /// φ(state), in units of return; ≤ 0, and 0 at the (best) goal.
+    /// φ(state), in units of return; finite. The potentials on the scale of the return are 0 at the best goal.
     fn value(&self, state: StateId) -> f64;
 }
 
 /// A goal that the agent has seen: entering it ended an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
+    /// The state that was entered.
     pub state: StateId,
     /// Mean reward on entering it.
     pub reward: f64,
 }
 
 /// What a potential may be fitted on: everything discovered so far, nothing else.
+#[derive(Clone, Copy)]
 pub struct PotentialInputs<'a> {
+    /// What was tried and what came of it.
     pub graph: &'a TransitionGraph,
-    /// Compact copy of `graph.adjacency()`, taken once per refresh.
-    pub adjacency: &'a crate::graph::Csr,
+    /// Compact copy of `graph.adjacency()`, taken once per refresh: as many rows as the graph has states.
+    pub adjacency: &'a Csr,
+    /// The goals seen so far, without duplicates. While there is none every potential but the oracle's is 0.
     pub goals: &'a [Goal],
     /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the report.
     pub labels: &'a [(StateId, usize)],
@@ -30,41 +102,91 @@ pub struct PotentialInputs<'a> {
 }
 
 /// φ of every state known when it was fitted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PotentialFit {
+    /// φ by state number, finite.
     pub values: Vec<f64>,
-    /// None for potentials without learning.
+    /// What the GCN's training did; `None` for potentials without learning.
     pub fit: Option<crate::gcn::FitReport>,
+    /// What the diffusion cost; `None` for potentials without one.
+    pub solve: Option<SolveReport>,
 }
 
-#[derive(Debug, thiserror::Error)]
+/// Why there is no potential.
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapingError {
+    /// The GCN could not be fitted.
     #[error(transparent)]
     Gcn(#[from] crate::gcn::GcnError),
+    /// φ came out as NaN or infinite.
     #[error("the potential of state {state} is {value}")]
-    NotFinite { state: usize, value: f64 },
+    NotFinite {
+        /// State number.
+        state: usize,
+        /// The value it has.
+        value: f64,
+    },
+    /// An edge weight that is no conductance.
+    #[error(
+        "edge weight at row {row}, column {column} is {value}: weights must be finite and positive"
+    )]
+    Weight {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+        /// The weight it has.
+        value: f64,
+    },
+    /// A reward that is NaN or infinite.
+    #[error("the mean reward seen at state {state} is {value}: rewards must be finite")]
+    Reward {
+        /// State number.
+        state: usize,
+        /// Its mean reward.
+        value: f64,
+    },
+    /// A goal that is no node of the graph.
+    #[error("goal {goal} is not a node of a graph of {nodes} nodes (numbered from 0)")]
+    GoalRange {
+        /// The goal as given.
+        goal: usize,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A potential was asked for without a goal.
+    #[error("a potential needs at least one goal")]
+    NoGoal,
+    /// A kind that needs what a bare graph cannot give.
+    #[error("potential kind `{kind}` needs more than a graph: choose gcn, report, heat or hops")]
+    KindNeedsWorld {
+        /// The kind that was asked for.
+        kind: PotentialKind,
+    },
+    /// A parameter outside its range.
+    #[error("shaping.{key} is {value}: it must be {rule}")]
+    Parameter {
+        /// Key inside `[shaping]`.
+        key: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must satisfy.
+        rule: &'static str,
+    },
 }
 
 /// One way to get φ: `gcn`, `report`, `heat`, `hops`, `oracle`, `none`.
-pub trait PotentialModel {
+pub trait PotentialModel: Send {
+    /// φ of all states discovered so far. Learnt models continue from their present weights.
+    ///
+    /// # Errors
+    /// If the fit diverged, or if rewards, weights or results are not finite.
+    ///
+    /// # Panics
+    /// If `inputs.adjacency` has not as many rows as `inputs.graph` has states, or a goal or label is out of range.
     fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError>;
-}
 
-/// Turns r into r + γφ(s′) − φ(s) with the φ(s) used on entering s (Devlin & Kudenko 2012).
-#[derive(Clone, Debug)]
-pub struct RewardShaper {}
-
-#[allow(unused_variables)]
-impl RewardShaper {
-    pub fn new(gamma: f64) -> Self {
-        todo!()
-    }
-    pub fn begin_episode(&mut self, potential: f64) {
-        todo!()
-    }
-    /// F for a step to a state with potential `next_potential`.
-    pub fn shape(&mut self, next_potential: f64, status: crate::env::StepStatus) -> f64 {
-        todo!()
-    }
+    /// Tells the true distance (in typical steps) from `state` to the goal. Only the oracle listens.
+    fn set_true_distance(&mut self, _state: StateId, _distance: f64) {}
 }

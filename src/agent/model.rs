@@ -1,0 +1,302 @@
+//! The empirical MDP: what was seen to follow from each (state, action), with counts.
+//!
+//! P̂(s′|s, a) = N(s, a, s′) / N(s, a) and r̂(s, a, s′) = mean of the rewards seen; the maximum-likelihood model of
+//! Moore & Atkeson (1993) and Brafman & Tennenholtz (2002).
+//!
+//! Two things are not averaged, because they may change while the agent learns and only the latest is true: the
+//! shaping F of a transition (its potential is re-fitted), and whether arriving in s′ ends the task (the goal may
+//! move). The latter is taken to be a property of s′.
+//!
+//! Every distinct (s, a, s′) is one entry of an arena and a member of two chains: the outcomes of (s, a), and the ways
+//! into s′. So a growing model makes no allocation per pair, and is plain data.
+
+use super::Experience;
+use crate::env::{Action, StepStatus};
+use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
+
+/// Ends a chain.
+const NONE: u32 = u32::MAX;
+
+/// One distinct (s, a, s′).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Entry {
+    from: u32,
+    action: u16,
+    to: u32,
+    count: u32,
+    reward_sum: f64,
+    shaping: f64,
+    next_outcome: u32,
+    next_way_in: u32,
+}
+
+/// The outcomes of one (s, a): how often it was tried, and its first entry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Pair {
+    tries: u32,
+    first: u32,
+}
+
+/// One (state, action) that can lead to a given state, and how likely it is to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WayIn {
+    pub state: StateId,
+    pub action: Action,
+    pub probability: f64,
+}
+
+/// What is known of the world so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct EmpiricalModel {
+    num_actions: usize,
+    /// Weight of the shaping in the rewards that [`EmpiricalModel::action_value`] adds up.
+    mix: f64,
+    pairs: Vec<Pair>,
+    /// For each state the first entry that leads to it.
+    first_way_in: Vec<u32>,
+    terminal: Vec<bool>,
+    entries: Vec<Entry>,
+}
+
+impl EmpiricalModel {
+    /// Nothing seen yet; rewards will be r + `mix` · F.
+    ///
+    /// # Panics
+    /// If there are no actions.
+    pub fn new(num_actions: usize, mix: f64) -> Self {
+        assert!(num_actions > 0, "an agent needs at least one action");
+        EmpiricalModel {
+            num_actions,
+            mix,
+            pairs: Vec::new(),
+            first_way_in: Vec::new(),
+            terminal: Vec::new(),
+            entries: Vec::new(),
+        }
+    }
+
+    /// Number of actions.
+    pub fn num_actions(&self) -> usize {
+        self.num_actions
+    }
+
+    /// Number of states it has rows for.
+    pub fn num_states(&self) -> usize {
+        self.terminal.len()
+    }
+
+    /// Makes room for `state`. Amortised O(actions).
+    pub fn grow_to(&mut self, state: StateId) {
+        let states = state.index() + 1;
+        if states > self.num_states() {
+            self.pairs.resize(
+                states * self.num_actions,
+                Pair {
+                    tries: 0,
+                    first: NONE,
+                },
+            );
+            self.first_way_in.resize(states, NONE);
+            self.terminal.resize(states, false);
+        }
+    }
+
+    /// Counts one step; true if s′ turned out to be terminal, or no longer so, against what was believed.
+    /// O(outcomes of (s, a)).
+    ///
+    /// # Panics
+    /// If the action is out of range.
+    pub fn record(&mut self, experience: &Experience<'_>) -> bool {
+        let (from, to) = (experience.state, experience.next.state);
+        assert!(
+            experience.action.index() < self.num_actions,
+            "action out of range"
+        );
+        self.grow_to(StateId(from.0.max(to.0)));
+        let entry = self.entry(from, experience.action, to);
+        entry.count += 1;
+        entry.reward_sum += experience.reward;
+        entry.shaping = experience.shaping;
+        let place = self.place(from, experience.action);
+        self.pairs[place].tries += 1;
+        let terminal = experience.status == StepStatus::Terminated;
+        std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal
+    }
+
+    /// The entry of (from, action, to), made if it is new.
+    fn entry(&mut self, from: StateId, action: Action, to: StateId) -> &mut Entry {
+        let place = self.place(from, action);
+        let first = self.pairs[place].first;
+        let known =
+            chain(&self.entries, first, |e| e.next_outcome).find(|&i| self.entries[i].to == to.0);
+        let index = known.unwrap_or_else(|| {
+            let index = self.entries.len();
+            let link = u32::try_from(index).expect("fewer than 2^32 distinct transitions");
+            self.entries.push(Entry {
+                from: from.0,
+                action: action.0,
+                to: to.0,
+                count: 0,
+                reward_sum: 0.0,
+                shaping: 0.0,
+                next_outcome: std::mem::replace(&mut self.pairs[place].first, link),
+                next_way_in: std::mem::replace(&mut self.first_way_in[to.index()], link),
+            });
+            index
+        });
+        &mut self.entries[index]
+    }
+
+    #[inline]
+    fn place(&self, state: StateId, action: Action) -> usize {
+        state.index() * self.num_actions + action.index()
+    }
+
+    /// N(s, a); 0 for states beyond the model.
+    pub fn tries(&self, state: StateId, action: Action) -> u32 {
+        self.pairs
+            .get(self.place(state, action))
+            .map_or(0, |pair| pair.tries)
+    }
+
+    /// Whether arriving in `state` ended the episode, the last time it was entered.
+    pub fn is_terminal(&self, state: StateId) -> bool {
+        self.terminal[state.index()]
+    }
+
+    /// Σ_s′ P̂(s′|s, a) (r̂ + mix·F + γ V(s′)), V being 0 at terminal states; `None` if the action was never tried.
+    pub fn action_value(
+        &self,
+        state: StateId,
+        action: Action,
+        gamma: f64,
+        value: impl Fn(StateId) -> f64,
+    ) -> Option<f64> {
+        let pair = self
+            .pairs
+            .get(self.place(state, action))
+            .filter(|pair| pair.tries > 0)?;
+        let total: f64 = chain(&self.entries, pair.first, |e| e.next_outcome)
+            .map(|i| {
+                let entry = &self.entries[i];
+                let count = f64::from(entry.count);
+                let to = StateId(entry.to);
+                let ahead = if self.is_terminal(to) {
+                    0.0
+                } else {
+                    gamma * value(to)
+                };
+                entry.reward_sum + count * (self.mix * entry.shaping + ahead)
+            })
+            .sum();
+        Some(total / f64::from(pair.tries))
+    }
+
+    /// The (state, action) pairs seen to lead to `state`, latest discovery first.
+    pub fn ways_into(&self, state: StateId) -> impl Iterator<Item = WayIn> + '_ {
+        chain(&self.entries, self.first_way_in[state.index()], |e| {
+            e.next_way_in
+        })
+        .map(|i| {
+            let entry = &self.entries[i];
+            let (state, action) = (StateId(entry.from), Action(entry.action));
+            let tries = self.pairs[self.place(state, action)].tries;
+            WayIn {
+                state,
+                action,
+                probability: f64::from(entry.count) / f64::from(tries),
+            }
+        })
+    }
+}
+
+/// The places of a chain's entries, from `first` on.
+fn chain(
+    entries: &[Entry],
+    first: u32,
+    next: impl Fn(&Entry) -> u32,
+) -> impl Iterator<Item = usize> {
+    let mut at = first;
+    std::iter::from_fn(move || {
+        let index = (at != NONE).then_some(at as usize)?;
+        at = next(&entries[index]);
+        Some(index)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::agent::Situation;
+
+    fn step(
+        model: &mut EmpiricalModel,
+        from: u32,
+        action: u16,
+        reward: f64,
+        shaping: f64,
+        to: u32,
+        status: StepStatus,
+    ) -> bool {
+        model.record(&Experience {
+            state: StateId(from),
+            action: Action(action),
+            reward,
+            shaping,
+            next: Situation {
+                state: StateId(to),
+                advice: &[0.0; 2],
+            },
+            status,
+        })
+    }
+
+    #[test]
+    fn action_value_is_the_expectation_over_what_was_seen() {
+        use StepStatus::{Running, Terminated};
+        let mut model = EmpiricalModel::new(2, 0.5);
+        step(&mut model, 0, 1, -1.0, 10.0, 1, Running);
+        step(&mut model, 0, 1, -3.0, 4.0, 1, Running);
+        assert!(step(&mut model, 0, 1, 5.0, 0.0, 2, Terminated));
+        // to 1 twice: mean reward −2, latest F 4; to 2 once: 5, and nothing after the end
+        let value = model
+            .action_value(StateId(0), Action(1), 0.9, |s| 10.0 * f64::from(s.0))
+            .unwrap();
+        let expected = (2.0 * (-2.0 + 0.5 * 4.0 + 0.9 * 10.0) + 5.0) / 3.0;
+        assert!((value - expected).abs() < 1e-14);
+        assert_eq!(
+            model.action_value(StateId(0), Action(0), 0.9, |_| 0.0),
+            None
+        );
+        assert_eq!(model.tries(StateId(0), Action(1)), 3);
+        assert_eq!(model.tries(StateId(9), Action(0)), 0);
+    }
+
+    #[test]
+    fn ways_in_mirror_the_outcomes() {
+        let mut model = EmpiricalModel::new(2, 1.0);
+        step(&mut model, 0, 0, 0.0, 0.0, 3, StepStatus::Running);
+        step(&mut model, 1, 1, 0.0, 0.0, 3, StepStatus::Running);
+        step(&mut model, 1, 1, 0.0, 0.0, 2, StepStatus::Running);
+        let ways: Vec<_> = model
+            .ways_into(StateId(3))
+            .map(|w| (w.state.0, w.action.0, w.probability))
+            .collect();
+        assert_eq!(ways, [(1, 1, 0.5), (0, 0, 1.0)]);
+        assert_eq!(model.ways_into(StateId(1)).count(), 0);
+    }
+
+    #[test]
+    fn the_end_of_the_task_is_what_was_seen_last() {
+        let mut model = EmpiricalModel::new(2, 1.0);
+        assert!(!step(&mut model, 0, 0, 0.0, 0.0, 1, StepStatus::Running));
+        assert!(step(&mut model, 0, 0, 0.0, 0.0, 1, StepStatus::Terminated));
+        assert!(!step(&mut model, 0, 0, 0.0, 0.0, 1, StepStatus::Terminated));
+        assert!(
+            step(&mut model, 0, 0, 0.0, 0.0, 1, StepStatus::Truncated),
+            "the goal has moved away"
+        );
+        assert!(!model.is_terminal(StateId(1)));
+    }
+}

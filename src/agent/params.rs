@@ -1,0 +1,425 @@
+//! The `[agent]` table of a scenario: one flat table for every kind of learner.
+//!
+//! Keys that the chosen kind does not use are ignored, so that one scenario can be run with several kinds side by
+//! side. A key left out takes the default of its kind; [`AgentParams::resolved`] writes those in.
+
+use super::{
+    ActorCriticParams, DynaQParams, PlannerParams, PolicyIterationParams, QLearningParams,
+    SarsaParams,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which learner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AgentKind {
+    /// Action-value actor-critic with a softmax policy.
+    #[default]
+    ActorCritic,
+    /// Q-learning.
+    QLearning,
+    /// SARSA or expected SARSA.
+    Sarsa,
+    /// Dyna-Q with prioritised sweeping.
+    DynaQ,
+    /// R-max: plans on the learnt model, optimistic about untried actions.
+    Planner,
+    /// Policy iteration on the learnt model with the shaped reward.
+    PolicyIteration,
+    /// Every action equally likely.
+    Random,
+}
+
+/// Which signal moves the actor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum UpdateRule {
+    /// The advantage Q(s, a) − Σ_b π(b|s) Q(s, b).
+    #[default]
+    Advantage,
+    /// The TD error δ: the source report's Algorithm 1.
+    #[serde(rename = "algorithm-1")]
+    Algorithm1,
+    /// The action value Q(s, a): the source report's Algorithm 2.
+    #[serde(rename = "algorithm-2")]
+    Algorithm2,
+}
+
+/// What actor and critic are linear in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureKind {
+    /// One number per (state, action).
+    #[default]
+    Tabular,
+    /// Proto-value functions, stacked per action (eq. 13).
+    Pvf,
+}
+
+/// How the value of s′ is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bootstrap {
+    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the report prints it).
+    Sampled,
+    /// Σ_b π(b|s′) Q(s′, b) (expected SARSA).
+    Expected,
+}
+
+/// The agent of a scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, rename_all = "snake_case")]
+pub struct AgentParams {
+    /// Which learner.
+    pub kind: AgentKind,
+    /// actor-critic: which signal moves the actor.
+    pub update: UpdateRule,
+    /// actor-critic: what it is linear in.
+    pub features: FeatureKind,
+    /// Discount factor γ in 0..=1; the only one, shaping uses it too.
+    pub gamma: f64,
+    /// actor-critic: step size of the policy. Default 0.1; algorithm-1 0.005, algorithm-2 0.01 (section 4.3).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actor_learning_rate: Option<f64>,
+    /// Step size of action values, in (0, 1]. Default: actor-critic 0.7 (algorithm-1 0.01, algorithm-2 0.005),
+    /// q-learning and dyna-q 1, sarsa 0.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub critic_learning_rate: Option<f64>,
+    /// actor-critic: preferences stay within ± this.
+    pub preference_clip: f64,
+    /// actor-critic and sarsa: how the value of s′ is estimated. Default: expected; algorithm-1 and -2: sampled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<Bootstrap>,
+    /// q-learning, sarsa, dyna-q, policy-iteration: chance of a random action. Default: sarsa and policy-iteration
+    /// 0.05, else 0 (the initial value is what explores).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epsilon: Option<f64>,
+    /// q-learning, sarsa, dyna-q, policy-iteration: what an untried action is worth. 0 is optimistic where steps cost.
+    pub initial_value: f64,
+    /// dyna-q: backups from the model after each step, the step's own included; at least 1.
+    pub planning_steps: usize,
+    /// planner: tries after which an action counts as known; at least 1.
+    pub known_after: u32,
+    /// planner: return expected of an unknown action. Default: from the largest reward seen so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optimistic_value: Option<f64>,
+    /// planner: at most so many backups after one step; what is left waits for the next.
+    pub max_backups: usize,
+    /// policy-iteration: plan after so many steps, besides the end of each episode; 0 = only there.
+    pub plan_every: u64,
+    /// policy-iteration: sweeps of one evaluation; at least 1.
+    pub evaluation_sweeps: usize,
+}
+
+impl Default for AgentParams {
+    fn default() -> Self {
+        let (actor_critic, planner) = (ActorCriticParams::default(), PlannerParams::default());
+        let policy_iteration = PolicyIterationParams::default();
+        AgentParams {
+            kind: AgentKind::default(),
+            update: UpdateRule::default(),
+            features: FeatureKind::default(),
+            gamma: actor_critic.gamma,
+            actor_learning_rate: None,
+            critic_learning_rate: None,
+            preference_clip: actor_critic.preference_clip,
+            bootstrap: None,
+            epsilon: None,
+            initial_value: QLearningParams::default().initial_value,
+            planning_steps: DynaQParams::default().planning_steps,
+            known_after: planner.known_after,
+            optimistic_value: None,
+            max_backups: planner.max_backups,
+            plan_every: policy_iteration.plan_every,
+            evaluation_sweeps: policy_iteration.evaluation_sweeps,
+        }
+    }
+}
+
+impl AgentParams {
+    /// Checks every key that the chosen kind uses.
+    ///
+    /// # Errors
+    /// The first key that breaks its rule.
+    pub fn validate(&self) -> Result<(), AgentError> {
+        match self.kind {
+            AgentKind::ActorCritic => self.actor_critic().validate(),
+            AgentKind::QLearning => self.q_learning().validate(),
+            AgentKind::Sarsa => self.sarsa().validate(),
+            AgentKind::DynaQ => self.dyna_q().validate(),
+            AgentKind::Planner => self.planner().validate(),
+            AgentKind::PolicyIteration => self.policy_iteration().validate(),
+            AgentKind::Random => check_gamma(self.gamma),
+        }
+    }
+
+    /// The same with the defaults of its kind written in, as far as the kind uses them.
+    pub fn resolved(&self) -> AgentParams {
+        let mut resolved = self.clone();
+        match self.kind {
+            AgentKind::ActorCritic => {
+                let p = self.actor_critic();
+                resolved.actor_learning_rate = Some(p.actor_learning_rate);
+                resolved.critic_learning_rate = Some(p.critic_learning_rate);
+                resolved.bootstrap = Some(p.bootstrap);
+            }
+            AgentKind::QLearning => {
+                let p = self.q_learning();
+                (resolved.critic_learning_rate, resolved.epsilon) =
+                    (Some(p.learning_rate), Some(p.epsilon));
+            }
+            AgentKind::Sarsa => {
+                let p = self.sarsa();
+                (resolved.critic_learning_rate, resolved.epsilon) =
+                    (Some(p.learning_rate), Some(p.epsilon));
+                resolved.bootstrap = Some(p.bootstrap);
+            }
+            AgentKind::DynaQ => {
+                let p = self.dyna_q();
+                (resolved.critic_learning_rate, resolved.epsilon) =
+                    (Some(p.learning_rate), Some(p.epsilon));
+            }
+            AgentKind::PolicyIteration => resolved.epsilon = Some(self.policy_iteration().epsilon),
+            AgentKind::Planner | AgentKind::Random => {}
+        }
+        resolved
+    }
+
+    /// What an actor-critic takes from the table.
+    pub fn actor_critic(&self) -> ActorCriticParams {
+        let d = ActorCriticParams::of(self.update);
+        ActorCriticParams {
+            update: self.update,
+            gamma: self.gamma,
+            actor_learning_rate: self.actor_learning_rate.unwrap_or(d.actor_learning_rate),
+            critic_learning_rate: self.critic_learning_rate.unwrap_or(d.critic_learning_rate),
+            preference_clip: self.preference_clip,
+            bootstrap: self.bootstrap.unwrap_or(d.bootstrap),
+        }
+    }
+
+    /// What Q-learning takes from the table.
+    pub fn q_learning(&self) -> QLearningParams {
+        let d = QLearningParams::default();
+        QLearningParams {
+            gamma: self.gamma,
+            learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
+            epsilon: self.epsilon.unwrap_or(d.epsilon),
+            initial_value: self.initial_value,
+        }
+    }
+
+    /// What SARSA takes from the table.
+    pub fn sarsa(&self) -> SarsaParams {
+        let d = SarsaParams::default();
+        SarsaParams {
+            gamma: self.gamma,
+            learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
+            epsilon: self.epsilon.unwrap_or(d.epsilon),
+            initial_value: self.initial_value,
+            bootstrap: self.bootstrap.unwrap_or(d.bootstrap),
+        }
+    }
+
+    /// What Dyna-Q takes from the table.
+    pub fn dyna_q(&self) -> DynaQParams {
+        let d = DynaQParams::default();
+        DynaQParams {
+            gamma: self.gamma,
+            learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
+            epsilon: self.epsilon.unwrap_or(d.epsilon),
+            initial_value: self.initial_value,
+            planning_steps: self.planning_steps,
+        }
+    }
+
+    /// What the planner takes from the table.
+    pub fn planner(&self) -> PlannerParams {
+        PlannerParams {
+            gamma: self.gamma,
+            known_after: self.known_after,
+            optimistic_value: self.optimistic_value,
+            max_backups: self.max_backups,
+        }
+    }
+
+    /// What policy iteration takes from the table.
+    pub fn policy_iteration(&self) -> PolicyIterationParams {
+        let d = PolicyIterationParams::default();
+        PolicyIterationParams {
+            gamma: self.gamma,
+            epsilon: self.epsilon.unwrap_or(d.epsilon),
+            initial_value: self.initial_value,
+            plan_every: self.plan_every,
+            evaluation_sweeps: self.evaluation_sweeps,
+        }
+    }
+}
+
+/// What can be wrong with an agent's parameters.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AgentError {
+    /// A number outside its range.
+    #[error("agent.{key} is {value}, but must be {rule}")]
+    OutOfRange {
+        /// The key in the `[agent]` table.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+        /// The rule it breaks.
+        rule: &'static str,
+    },
+}
+
+/// `Ok` if `holds`.
+pub(crate) fn check(
+    key: &'static str,
+    value: f64,
+    holds: bool,
+    rule: &'static str,
+) -> Result<(), AgentError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(AgentError::OutOfRange { key, value, rule })
+    }
+}
+
+pub(crate) fn check_gamma(gamma: f64) -> Result<(), AgentError> {
+    check(
+        "gamma",
+        gamma,
+        (0.0..=1.0).contains(&gamma),
+        "within 0 and 1",
+    )
+}
+
+pub(crate) fn check_rate(rate: f64) -> Result<(), AgentError> {
+    check(
+        "critic_learning_rate",
+        rate,
+        rate > 0.0 && rate <= 1.0,
+        "above 0 and at most 1",
+    )
+}
+
+pub(crate) fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
+    check(
+        "epsilon",
+        epsilon,
+        (0.0..=1.0).contains(&epsilon),
+        "within 0 and 1",
+    )
+}
+
+pub(crate) fn check_finite(key: &'static str, value: f64) -> Result<(), AgentError> {
+    check(key, value, value.is_finite(), "a finite number")
+}
+
+pub(crate) fn check_positive(key: &'static str, value: usize) -> Result<(), AgentError> {
+    check(key, value as f64, value > 0, "at least 1")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<AgentParams, toml::de::Error> {
+        toml::from_str(text)
+    }
+
+    #[test]
+    fn an_empty_table_is_the_default_and_every_kind_parses() {
+        assert_eq!(parse("").unwrap(), AgentParams::default());
+        for kind in [
+            "actor-critic",
+            "q-learning",
+            "sarsa",
+            "dyna-q",
+            "planner",
+            "policy-iteration",
+            "random",
+        ] {
+            let params = parse(&format!("kind = {kind:?}")).unwrap();
+            assert_eq!(params.validate(), Ok(()), "{kind}");
+            assert!(toml::to_string(&params).unwrap().contains(kind));
+        }
+        for update in ["advantage", "algorithm-1", "algorithm-2"] {
+            assert_eq!(
+                parse(&format!("update = {update:?}")).unwrap().validate(),
+                Ok(()),
+                "{update}"
+            );
+        }
+    }
+
+    #[test]
+    fn misspelt_keys_are_refused() {
+        assert!(parse("gama = 0.9").unwrap_err().message().contains("gama"));
+        assert!(parse("kind = \"actor_critic\"").is_err());
+    }
+
+    #[test]
+    fn broken_rules_are_named_with_their_key() {
+        for (text, key) in [
+            ("gamma = 1.5", "gamma"),
+            ("gamma = nan", "gamma"),
+            ("actor_learning_rate = 0", "actor_learning_rate"),
+            ("critic_learning_rate = 1.2", "critic_learning_rate"),
+            ("preference_clip = inf", "preference_clip"),
+            ("kind = \"sarsa\"\nepsilon = -0.1", "epsilon"),
+            (
+                "kind = \"q-learning\"\ninitial_value = nan",
+                "initial_value",
+            ),
+            ("kind = \"dyna-q\"\nplanning_steps = 0", "planning_steps"),
+            ("kind = \"planner\"\nknown_after = 0", "known_after"),
+            (
+                "kind = \"planner\"\noptimistic_value = inf",
+                "optimistic_value",
+            ),
+            (
+                "kind = \"policy-iteration\"\nevaluation_sweeps = 0",
+                "evaluation_sweeps",
+            ),
+        ] {
+            let AgentError::OutOfRange { key: named, .. } =
+                parse(text).unwrap().validate().unwrap_err();
+            assert_eq!(named, key, "{text}");
+        }
+    }
+
+    #[test]
+    fn resolving_writes_in_the_defaults_of_the_kind_and_changes_nothing() {
+        for text in [
+            "",
+            "update = \"algorithm-1\"",
+            "kind = \"sarsa\"",
+            "kind = \"dyna-q\"\nepsilon = 0.3",
+        ] {
+            let params = parse(text).unwrap();
+            let resolved = params.resolved();
+            assert!(resolved.critic_learning_rate.is_some(), "{text}");
+            assert_eq!(resolved, resolved.resolved());
+            assert_eq!(resolved.actor_critic(), params.actor_critic());
+            assert_eq!(resolved.sarsa(), params.sarsa());
+        }
+    }
+
+    /// Algorithm 1: α moves the critic, β the actor; Algorithm 2: the other way round (section 4.3: α .01, β .005).
+    #[test]
+    fn printed_algorithms_take_the_printed_step_sizes() {
+        let rates =
+            |p: ActorCriticParams| (p.critic_learning_rate, p.actor_learning_rate, p.bootstrap);
+        assert_eq!(
+            rates(ActorCriticParams::of(UpdateRule::Algorithm1)),
+            (0.01, 0.005, Bootstrap::Sampled)
+        );
+        assert_eq!(
+            rates(ActorCriticParams::of(UpdateRule::Algorithm2)),
+            (0.005, 0.01, Bootstrap::Sampled)
+        );
+    }
+}

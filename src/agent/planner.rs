@@ -1,0 +1,234 @@
+//! R-max: optimal plans on the learnt model, optimistic about what was never tried (Brafman & Tennenholtz 2002).
+//!
+//! V(s) = max_a U if N(s, a) < m, else Σ_s′ P̂(s′|s, a) (r̂ − κ + γ V(s′)), with V = 0 at terminal states.
+//!
+//! U is what an unknown action might be worth: the largest reward seen so far and then the end of the task, or that
+//! reward for ever, r_max / (1 − γ), where γ < 1 and r_max > 0. An agent that follows such plans goes wherever an untried
+//! action could still beat the best known path, also after the first goal, and stops exploring when none can. m is
+//! `known_after`. κ = 1e-6 settles ties between free paths in favour of the shorter.
+//!
+//! Plans are kept exact by prioritised sweeping (Moore & Atkeson 1993) from the values before: a step that teaches
+//! nothing costs one backup, one that does costs as many as there are states whose value depends on it. Values start
+//! optimistic and come down, so with γ = 1 a region without any way out would sink for ever; values end at a floor of
+//! ten times the longest simple path at the largest cost seen.
+//!
+//! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
+
+use super::greedy::{action, choose, first_best};
+use super::model::EmpiricalModel;
+use super::params::{AgentError, check, check_finite, check_gamma, check_positive};
+use super::sweep::SweepQueue;
+use super::table::largest;
+use super::{Agent, Experience, Situation, UpdateInfo};
+use crate::env::Action;
+use crate::graph::StateId;
+use crate::seeds::{Stream, stream};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// κ: cost of a step in plans besides its reward.
+const STEP_COST: f64 = 1e-6;
+/// Changes below this are not passed on; well below κ, so that ties stay settled.
+const NEGLIGIBLE: f64 = 1e-9;
+/// The floor, in longest simple paths: room for slip to make a path ten times as long.
+const FLOOR_PATHS: f64 = 10.0;
+
+/// Parameters of [`Planner`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlannerParams {
+    /// Discount factor, 0..=1.
+    pub gamma: f64,
+    /// m: tries after which an action counts as known; at least 1.
+    pub known_after: u32,
+    /// U; `None`: from the largest reward seen.
+    pub optimistic_value: Option<f64>,
+    /// At most so many backups after one step, at least 1; what is left waits for the next.
+    pub max_backups: usize,
+}
+
+impl Default for PlannerParams {
+    fn default() -> Self {
+        PlannerParams {
+            gamma: 1.0,
+            known_after: 1,
+            optimistic_value: None,
+            max_backups: 100_000,
+        }
+    }
+}
+
+impl PlannerParams {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn validate(&self) -> Result<(), AgentError> {
+        check_gamma(self.gamma)?;
+        check(
+            "known_after",
+            f64::from(self.known_after),
+            self.known_after > 0,
+            "at least 1",
+        )?;
+        check_finite("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;
+        check_positive("max_backups", self.max_backups)
+    }
+}
+
+/// Plans, acts, and re-plans after each step.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Planner {
+    params: PlannerParams,
+    model: EmpiricalModel,
+    /// V.
+    values: Vec<f64>,
+    /// States whose value may be out of date.
+    queue: SweepQueue,
+    /// Largest and smallest reward seen.
+    rewards: Option<(f64, f64)>,
+    /// Room for one number per action.
+    buffer: Vec<f64>,
+    /// As many zeros.
+    no_advice: Vec<f64>,
+    rng: ChaCha8Rng,
+}
+
+impl Planner {
+    /// An agent that knows nothing, and draws from the agent's stream of `seed` where actions are equally good.
+    ///
+    /// # Panics
+    /// If there are no actions.
+    pub fn new(params: PlannerParams, num_actions: usize, seed: u64) -> Self {
+        Planner {
+            params,
+            model: EmpiricalModel::new(num_actions, 0.0),
+            values: Vec::new(),
+            queue: SweepQueue::default(),
+            rewards: None,
+            buffer: vec![0.0; num_actions],
+            no_advice: vec![0.0; num_actions],
+            rng: stream(seed, Stream::Agent),
+        }
+    }
+
+    /// V(state) of the present plan; `None` for states it has not heard of.
+    pub fn value(&self, state: StateId) -> Option<f64> {
+        self.values.get(state.index()).copied()
+    }
+
+    /// U.
+    fn optimistic_value(&self) -> f64 {
+        let gamma = self.params.gamma;
+        let from_rewards = match self.rewards {
+            None => 0.0,
+            Some((largest, _)) if largest > 0.0 && gamma < 1.0 => largest / (1.0 - gamma),
+            Some((largest, _)) => largest,
+        };
+        self.params.optimistic_value.unwrap_or(from_rewards)
+    }
+
+    /// Below this no value falls.
+    fn floor(&self) -> f64 {
+        let cost = self
+            .rewards
+            .map_or(0.0, |(_, smallest)| (-smallest).max(0.0))
+            + STEP_COST;
+        -FLOOR_PATHS * cost * (self.values.len() + 1) as f64
+    }
+
+    fn grow_to(&mut self, state: StateId) {
+        self.model.grow_to(state);
+        if state.index() >= self.values.len() {
+            let optimistic = self.optimistic_value();
+            self.values.resize(state.index() + 1, optimistic);
+        }
+    }
+
+    /// What `action` is worth by the present values.
+    fn action_value(&self, state: StateId, action: Action) -> f64 {
+        if self.model.tries(state, action) < self.params.known_after {
+            return self.optimistic_value();
+        }
+        let known = self
+            .model
+            .action_value(state, action, self.params.gamma, |s| self.values[s.index()]);
+        known.expect("the action was tried") - STEP_COST
+    }
+
+    /// Computes V(state) anew and passes on a change; returns it.
+    fn back_up(&mut self, state: StateId) -> f64 {
+        let actions = 0..self.model.num_actions();
+        let value = actions
+            .map(|a| self.action_value(state, action(a)))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let value = value.max(self.floor());
+        let change = value - std::mem::replace(&mut self.values[state.index()], value);
+        if change.abs() > NEGLIGIBLE && !self.model.is_terminal(state) {
+            self.pass_on(state, change.abs());
+        }
+        change
+    }
+
+    /// Queues every state that has a way into `state`.
+    fn pass_on(&mut self, state: StateId, change: f64) {
+        for way in self.model.ways_into(state) {
+            self.queue.push(
+                way.state.index(),
+                self.params.gamma * way.probability * change,
+            );
+        }
+    }
+
+    /// Widens the range of rewards; every value may depend on U, which goes by it.
+    fn note_reward(&mut self, reward: f64) {
+        let (largest, smallest) = self.rewards.unwrap_or((reward, reward));
+        let before = self.rewards.map(|_| self.optimistic_value());
+        self.rewards = Some((largest.max(reward), smallest.min(reward)));
+        let after = self.optimistic_value();
+        if before != Some(after) {
+            (0..self.values.len()).for_each(|s| self.queue.push(s, after.abs().max(1.0)));
+        }
+    }
+}
+
+impl Agent for Planner {
+    fn select_action(&mut self, situation: Situation<'_>) -> Action {
+        self.grow_to(situation.state);
+        let mut buffer = std::mem::take(&mut self.buffer);
+        for (a, value) in buffer.iter_mut().enumerate() {
+            *value = self.action_value(situation.state, action(a));
+        }
+        let best = largest(&buffer);
+        for value in buffer
+            .iter_mut()
+            .filter(|value| **value >= best - NEGLIGIBLE)
+        {
+            *value = best; // equal but for rounding
+        }
+        self.buffer = buffer;
+        choose(&self.buffer, &self.no_advice, 0.0, &mut self.rng)
+    }
+
+    fn update(&mut self, experience: &Experience<'_>) -> UpdateInfo {
+        let (state, next) = (experience.state, experience.next.state);
+        self.grow_to(StateId(state.0.max(next.0)));
+        self.note_reward(experience.reward);
+        if self.model.record(experience) {
+            self.pass_on(next, self.values[next.index()].abs().max(1.0));
+        }
+        let td_error = self.back_up(state);
+        for _ in 1..self.params.max_backups {
+            let Some(state) = self.queue.pop() else { break };
+            self.back_up(StateId(state as u32));
+        }
+        UpdateInfo { td_error }
+    }
+
+    fn greedy_action(&self, state: StateId) -> Option<Action> {
+        self.value(state)?;
+        let values: Vec<f64> = (0..self.model.num_actions())
+            .map(|a| self.action_value(state, action(a)))
+            .collect();
+        first_best(&values)
+    }
+}

@@ -1,0 +1,269 @@
+//! The command line as types: what can be asked, nothing of how it is done.
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+/// Turns the graph an agent is still discovering into a reward it can follow.
+#[derive(Debug, Parser)]
+#[command(name = "eigentrail", version, max_term_width = 100)]
+#[command(after_help = "\
+Exit codes: 0 ok, 1 failed while running, 2 usage, 3 bad input, 4 not converged under --strict, 130 interrupted.
+Results go to stdout, everything else to stderr.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: Global,
+}
+
+/// Options of every command.
+#[derive(Args, Debug)]
+pub struct Global {
+    /// Say more on stderr: -v what happens, -vv every refresh and fit, -vvv everything
+    #[arg(short, long, action = ArgAction::Count, global = true, help_heading = "Global options")]
+    pub verbose: u8,
+    /// Say less on stderr: -q errors only and no progress bar, -qq nothing but why it failed
+    #[arg(short, long, action = ArgAction::Count, global = true, conflicts_with = "verbose", help_heading = "Global options")]
+    pub quiet: u8,
+    /// Threads to use [default: one per processor]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = at_least_one, global = true, help_heading = "Global options")]
+    pub threads: Option<usize>,
+    /// When to colour; NO_COLOR is honoured too
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true, help_heading = "Global options")]
+    pub color: ColorChoice,
+    /// Write a Chrome trace (chrome://tracing, ui.perfetto.dev) to FILE
+    #[arg(long, value_name = "FILE", global = true, help_heading = "Global options")]
+    pub trace: Option<PathBuf>,
+    /// How log lines on stderr look
+    #[arg(long, value_name = "FORMAT", default_value = "text", global = true, help_heading = "Global options")]
+    pub log_format: LogFormat,
+}
+
+/// When to colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColorChoice {
+    /// On a terminal.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Short lines for people.
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scenario: explore, learn, write a run folder, print a summary
+    Run(Run),
+    /// Check a scenario without running it and print what it amounts to
+    Check(Check),
+    /// Draw a scenario's map, or the potential that a run has learnt on it
+    Show(Show),
+    /// Keep the lowest Laplacian eigenvectors of any growing graph up to date, no learning involved
+    Track(Track),
+    /// Compute a potential towards goals on any graph
+    Potential(Potential),
+    /// Print the JSON Schema of scenario files, for editors
+    Schema,
+    /// List the scenarios that come with the program, and the kinds of worlds and learners
+    List,
+    /// Print a new scenario with every key, its default and what it means
+    New(New),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page (roff)
+    Man,
+}
+
+/// A scenario and what to change in it.
+#[derive(Args, Debug)]
+pub struct ScenarioArgs {
+    /// A scenario file, or the name of a scenario that comes with the program (see `list`)
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Change one key, for example --set agent.gamma=0.99; can be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub sets: Vec<String>,
+}
+
+/// `eigentrail run`
+#[derive(Args, Debug)]
+pub struct Run {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Master seed [default: run.seed of the scenario]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Run folder [default: runs/NAME/TIME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on in an existing run folder: seeds that are finished there are not run again
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Replace an existing run folder
+    #[arg(long)]
+    pub force: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `eigentrail check`
+#[derive(Args, Debug)]
+pub struct Check {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Print the scenario with every default written out
+    #[arg(long)]
+    pub resolved: bool,
+}
+
+/// `eigentrail show`
+#[derive(Args, Debug)]
+pub struct Show {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Show the potential of this run folder (or of one seed folder in it)
+    #[arg(long, value_name = "RUN")]
+    pub potential: Option<PathBuf>,
+    /// Draw with ASCII characters only
+    #[arg(long)]
+    pub ascii: bool,
+}
+
+/// `eigentrail track`
+#[derive(Args, Debug)]
+pub struct Track {
+    /// A symmetric Matrix Market file; its row order is the order of discovery
+    #[arg(value_name = "GRAPH.mtx")]
+    pub graph: PathBuf,
+    /// How many of the lowest eigenpairs to keep
+    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one)]
+    pub k: usize,
+    /// How much the graph grows from one update to the next, as a share of its nodes
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive)]
+    pub growth: f64,
+    /// Largest residual accepted, relative to the largest eigenvalue kept
+    #[arg(long, value_name = "TOL", default_value_t = 1e-2, value_parser = positive)]
+    pub tol: f64,
+    /// How each update finds the pairs
+    #[arg(long, value_name = "METHOD", default_value = "warm")]
+    pub method: MethodChoice,
+    /// Seed of the random start vectors
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Write the eigenvectors of the whole graph, n × k, as a NumPy file
+    #[arg(long, value_name = "OUT.npy")]
+    pub vectors: Option<PathBuf>,
+    /// Print the updates as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Exit with 4 if an update did not converge
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// How each update finds the pairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodChoice {
+    /// From the previous vectors, extended to the new nodes
+    Warm,
+    /// From random vectors every time
+    Cold,
+    /// Dense, all n pairs
+    Full,
+}
+
+/// `eigentrail potential`
+#[derive(Args, Debug)]
+pub struct Potential {
+    /// A symmetric Matrix Market file
+    #[arg(value_name = "GRAPH.mtx")]
+    pub graph: PathBuf,
+    /// The goals, as node numbers: rows of the file in order, from 0
+    #[arg(long, value_name = "NODE", num_args = 1.., value_delimiter = ',', required = true)]
+    pub goal: Vec<usize>,
+    /// Which potential
+    #[arg(long, value_name = "KIND", default_value = "gcn")]
+    pub kind: PotentialChoice,
+    /// Seed of the network's weights
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Write node and potential of every node as CSV
+    #[arg(long, value_name = "PHI.csv")]
+    pub out: Option<PathBuf>,
+    /// Print the facts as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which potential.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PotentialChoice {
+    /// A diffusion whose local cost is a graph network's output
+    Gcn,
+    /// The probability of the rewarding class, as the report prints it
+    Report,
+    /// A diffusion from the goals
+    Heat,
+    /// Minus the number of edges to the nearest goal
+    Hops,
+}
+
+/// `eigentrail new`
+#[derive(Args, Debug)]
+pub struct New {
+    /// The name of the scenario
+    #[arg(value_name = "NAME")]
+    pub name: String,
+}
+
+/// A whole number of at least 1.
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("expected a whole number from 1".to_owned()),
+        Ok(n) => Ok(n),
+    }
+}
+
+/// A finite number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if x > 0.0 && f64::is_finite(x) => Ok(x),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
+/// `section.key=value`, to be understood by the scenario.
+fn key_value(text: &str) -> Result<String, String> {
+    match text.split_once('=') {
+        Some((key, _)) if !key.trim().is_empty() => Ok(text.to_owned()),
+        _ => Err("expected section.key=value".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,319 @@
+//! From transitions to shaped rewards: graph, spectrum, GCN, potential and shaper in one object, without a loop.
+//!
+//! For those who bring their own agent: call [`ShapingPipeline::begin_episode`] after each reset and
+//! [`ShapingPipeline::observe`] after each step, and learn from `reward + observed.shaping`.
+
+use super::goals::GoalBook;
+use super::record::RefreshRecord;
+use super::schedule::{Moment, RefreshSchedule, ScheduleParams};
+use crate::env::{Action, Step, StepStatus};
+use crate::exploration::explorer::Destination;
+use crate::exploration::{CountBonus, ExplorationKind, ExplorationParams, Explorer};
+use crate::gcn::GcnParams;
+use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
+use crate::seeds::{self, Stream};
+use crate::shaping::{
+    Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper, ShapingError, ShapingParams,
+    build_potential,
+};
+use crate::spectral::{ProtoValueFunctions, SpectralError, SpectralParams};
+use faer::Mat;
+use std::hash::Hash;
+use std::time::Instant;
+
+/// Parameters of every part of the pipeline.
+#[derive(Clone, Debug, Default)]
+pub struct PipelineParams {
+    /// Eigenpairs.
+    pub spectral: SpectralParams,
+    /// Network.
+    pub gcn: GcnParams,
+    /// Potential and scale.
+    pub shaping: ShapingParams,
+    /// Advice before and after the first goal.
+    pub exploration: ExplorationParams,
+    /// When to refresh and to fit.
+    pub schedule: ScheduleParams,
+    /// The discount that the agent learns with.
+    pub gamma: f64,
+}
+
+/// Why the pipeline could not go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The spectrum could not be refreshed.
+    #[error("refreshing the spectrum: {0}")]
+    Spectral(#[from] SpectralError),
+    /// The potential could not be fitted.
+    #[error("fitting the potential: {0}")]
+    Shaping(#[from] ShapingError),
+    /// The environment answered with a reward that is no number.
+    #[error("step {step}: the reward is {reward}; rewards must be finite")]
+    Reward {
+        /// Environment step.
+        step: u64,
+        /// What came.
+        reward: f64,
+    },
+}
+
+/// What one step meant.
+#[derive(Clone, Debug)]
+pub struct Observed {
+    /// The number of the state that was reached.
+    pub state: StateId,
+    /// F = γ φ(s′) − φ(s), to be added to the reward; 0 without shaping.
+    pub shaping: f64,
+    /// Reward for novelty under `count-bonus`, else 0. Not potential-based.
+    pub bonus: f64,
+    /// The state was not known before.
+    pub new_state: bool,
+    /// This was the first time that a goal was entered.
+    pub first_goal: bool,
+    /// The spectrum or the potential was brought up to date.
+    pub refresh: Option<Box<RefreshRecord>>,
+}
+
+/// What guides the agent beside the potential.
+#[derive(Clone, Debug)]
+enum Guide {
+    None,
+    Bonus(CountBonus),
+    Frontier(Box<Explorer>),
+}
+
+/// The pipeline over any hashable state. Memory O(states + transitions + n k).
+pub struct ShapingPipeline<S> {
+    graph: StateGraph<S>,
+    spectrum: ProtoValueFunctions,
+    needs_spectrum: bool,
+    model: Box<dyn PotentialModel>,
+    table: PotentialTable,
+    shaper: RewardShaper,
+    guide: Guide,
+    schedule: RefreshSchedule,
+    book: GoalBook,
+    /// Rise of φ that one step towards a goal is worth on average.
+    unit: f64,
+    step: u64,
+    pairs_tried: u64,
+    start: StateId,
+    state: StateId,
+    advice: Vec<f64>,
+}
+
+impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
+    /// An empty graph, a flat potential.
+    ///
+    /// The spectrum is kept up to date if the potential uses it or `needs_features` says that the agent does.
+    pub fn new(params: &PipelineParams, num_actions: usize, needs_features: bool, seed: u64) -> Self {
+        let guide = match params.exploration.kind {
+            ExplorationKind::None => Guide::None,
+            ExplorationKind::CountBonus => Guide::Bonus(CountBonus::new(params.exploration.bonus)),
+            ExplorationKind::Frontier => {
+                let rng = seeds::stream(seed, Stream::Exploration);
+                Guide::Frontier(Box::new(Explorer::new(params.exploration.clone(), num_actions, rng)))
+            }
+        };
+        let learnt = matches!(params.shaping.potential, PotentialKind::Gcn | PotentialKind::Report);
+        Self {
+            graph: StateGraph::new(num_actions),
+            spectrum: ProtoValueFunctions::new(params.spectral.clone(), seed),
+            needs_spectrum: learnt || needs_features,
+            model: build_potential(&params.shaping, &params.gcn, seed),
+            table: PotentialTable::new(),
+            shaper: RewardShaper::new(params.gamma),
+            guide,
+            schedule: RefreshSchedule::new(params.schedule.clone()),
+            book: GoalBook::default(),
+            unit: 1.0,
+            step: 0,
+            pairs_tried: 0,
+            start: StateId(0),
+            state: StateId(0),
+            advice: vec![0.0; num_actions],
+        }
+    }
+
+    /// Begins an episode in `start`, returns its number.
+    pub fn begin_episode(&mut self, start: &S) -> StateId {
+        let (state, _) = self.graph.intern(start);
+        self.start = state;
+        self.state = state;
+        self.shaper.begin_episode(self.table.value(state));
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            explorer.begin_episode(self.graph.transitions(), state);
+        }
+        self.update_advice();
+        state
+    }
+
+    /// Takes in one step from the present state and returns what it was worth.
+    ///
+    /// # Errors
+    /// If the reward is not finite, or the spectrum or the potential cannot be computed.
+    pub fn observe(&mut self, action: Action, step: &Step<S>) -> Result<Observed, PipelineError> {
+        if !step.reward.is_finite() {
+            return Err(PipelineError::Reward { step: self.step, reward: step.reward });
+        }
+        self.step += 1;
+        let terminated = step.status == StepStatus::Terminated;
+        let (next, new_state) = self.graph.intern(&step.state);
+        self.record(action, step.reward, next, new_state, terminated);
+        let first_goal = self.book.is_empty() && terminated;
+        self.keep_book(next, step);
+        let refresh = self.refresh_if_due(step.status.is_last())?;
+        let shaping = self.shaper.shape(self.table.value(next), step.status);
+        let bonus = match &mut self.guide {
+            Guide::Bonus(bonus) => bonus.visit(next),
+            _ => 0.0,
+        };
+        self.state = next;
+        if !step.status.is_last() {
+            self.update_advice();
+        }
+        Ok(Observed { state: next, shaping, bonus, new_state, first_goal, refresh })
+    }
+
+    /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration.
+    pub fn advice(&self) -> &[f64] {
+        &self.advice
+    }
+
+    /// The graph discovered so far.
+    pub fn graph(&self) -> &StateGraph<S> {
+        &self.graph
+    }
+
+    /// The proto-value functions.
+    pub fn spectrum(&self) -> &ProtoValueFunctions {
+        &self.spectrum
+    }
+
+    /// The potential as it stands.
+    pub fn potential(&self) -> &PotentialTable {
+        &self.table
+    }
+
+    /// Goals seen so far, with their mean rewards.
+    pub fn goals(&mut self) -> &[crate::shaping::Goal] {
+        self.book.goals()
+    }
+
+    /// Tells the oracle potential the true distance of a state, in typical steps. Other potentials do not listen.
+    pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
+        self.model.set_true_distance(state, distance);
+    }
+
+    fn record(&mut self, action: Action, reward: f64, next: StateId, new_state: bool, terminated: bool) {
+        let from = self.state;
+        let untried = self.graph.transitions().tries(from, action) == 0;
+        let new_edge = self.graph.record(from, action, reward, next, terminated);
+        self.pairs_tried += u64::from(untried);
+        if new_state {
+            self.table.inherit(next, from);
+        }
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            let first_time = untried || new_edge || new_state;
+            explorer.learn(self.graph.transitions(), from, action, next, terminated, first_time);
+        }
+    }
+
+    fn keep_book(&mut self, next: StateId, step: &Step<S>) {
+        match step.status {
+            StepStatus::Running => self.book.count_step(step.reward),
+            StepStatus::Truncated => self.book.label_trajectory(self.start, next, false),
+            StepStatus::Terminated => {
+                if self.book.count_ending(next, step.reward) {
+                    self.schedule.invalidate_fit();
+                }
+                self.book.label_trajectory(self.start, next, true);
+            }
+        }
+    }
+
+    fn moment(&self) -> Moment {
+        let graph = self.graph.transitions();
+        Moment {
+            step: self.step,
+            nodes: graph.num_states(),
+            edges: graph.adjacency().num_edges(),
+            pairs_tried: self.pairs_tried,
+        }
+    }
+
+    fn refresh_if_due(&mut self, episode_over: bool) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
+        let now = self.moment();
+        let spectrum_due = self.needs_spectrum && self.schedule.spectrum_due(now);
+        let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
+        if !spectrum_due && !fit_due {
+            return Ok(None);
+        }
+        let adjacency = self.graph.transitions().adjacency().to_csr();
+        let mut record = RefreshRecord {
+            step: self.step,
+            nodes: now.nodes,
+            edges: now.edges,
+            spectrum: None,
+            fit: None,
+            spectrum_seconds: 0.0,
+            fit_seconds: 0.0,
+        };
+        if spectrum_due {
+            let begin = Instant::now();
+            record.spectrum = Some(self.spectrum.refresh(&adjacency)?);
+            record.spectrum_seconds = begin.elapsed().as_secs_f64();
+            self.schedule.spectrum_refreshed(now);
+        }
+        if fit_due {
+            let begin = Instant::now();
+            self.fit(&adjacency, &mut record)?;
+            record.fit_seconds = begin.elapsed().as_secs_f64();
+            self.schedule.fitted(now);
+        }
+        Ok(Some(Box::new(record)))
+    }
+
+    fn fit(&mut self, adjacency: &Csr, record: &mut RefreshRecord) -> Result<(), PipelineError> {
+        let nothing = Mat::zeros(0, 0);
+        let handicaps = self.book.handicaps();
+        let goals = self.book.goals().to_vec();
+        let inputs = PotentialInputs {
+            graph: self.graph.transitions(),
+            adjacency,
+            goals: &goals,
+            labels: self.book.labels(),
+            features: self.spectrum.features().unwrap_or(nothing.as_ref()),
+        };
+        let fit = self.model.fit(&inputs)?;
+        self.table.replace(&fit)?;
+        record.fit = Some(fit);
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            let destinations: Vec<_> =
+                handicaps.into_iter().map(|(state, handicap)| Destination { state, handicap }).collect();
+            explorer.set_destinations(self.graph.transitions(), &destinations);
+            self.unit = mean_rise(self.table.values(), explorer.eccentricity());
+        }
+        Ok(())
+    }
+
+    fn update_advice(&mut self) {
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            explorer.advise(self.graph.transitions(), self.state, &self.table, self.unit, &mut self.advice);
+        }
+    }
+
+    /// Read access for numerical code.
+    pub fn transitions(&self) -> &TransitionGraph {
+        self.graph.transitions()
+    }
+}
+
+/// Range of φ ÷ the hops of the farthest state: what one step towards the goal raises φ by. 1 for a flat φ, whose
+/// differences are all 0 anyway.
+fn mean_rise(values: &[f64], eccentricity: u32) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let range = high - low;
+    if range > 0.0 && eccentricity > 0 { range / f64::from(eccentricity) } else { 1.0 }
+}

@@ -1,0 +1,45 @@
+//! What happened, as plain values: the rows of the result files.
+
+use crate::env::StepStatus;
+use crate::shaping::PotentialFit;
+use crate::spectral::SpectrumRefresh;
+
+/// One episode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EpisodeRecord {
+    /// Number of the episode, from 0.
+    pub episode: u64,
+    /// Environment steps taken up to and including this episode.
+    pub step: u64,
+    /// Steps of this episode.
+    pub length: u64,
+    /// Σ r, the plain return.
+    pub plain_return: f64,
+    /// Σ (r + F), what the agent learnt from.
+    pub shaped_return: f64,
+    /// Terminated or truncated.
+    pub status: StepStatus,
+    /// States known at its end.
+    pub nodes: usize,
+    /// Undirected edges known at its end.
+    pub edges: usize,
+}
+
+/// One refresh of the spectrum, of the potential, or of both.
+#[derive(Clone, Debug)]
+pub struct RefreshRecord {
+    /// Environment steps taken before it.
+    pub step: u64,
+    /// States known.
+    pub nodes: usize,
+    /// Undirected edges known.
+    pub edges: usize,
+    /// What the eigensolver did, if the spectrum was refreshed.
+    pub spectrum: Option<SpectrumRefresh>,
+    /// What the fit did, if the potential was fitted. Its `values` are moved into the pipeline's table.
+    pub fit: Option<PotentialFit>,
+    /// Wall time of the spectrum, in seconds; for the log only.
+    pub spectrum_seconds: f64,
+    /// Wall time of the fit, in seconds; for the log only.
+    pub fit_seconds: f64,
+}

@@ -1,0 +1,225 @@
+//! Any finite MDP or graph from a CSV file.
+//!
+//! ```text
+//! from,action,to,probability,reward
+//! hall,north,kitchen,0.9,-1
+//! hall,north,hall,0.1,-1
+//! kitchen,south,hall,1,-2
+//! ```
+//!
+//! - States and actions are any names; both are numbered in order of appearance.
+//! - `probability` may be left out, for the whole file or for all lines of one (from, action): these then share equally. Given
+//!   ones must sum to 1.
+//! - `reward` may be left out, for the whole file or on a line: the step then pays what the [`RewardScheme`] says, with
+//!   the bonus on entering a goal. A number in the file is the whole reward of that line.
+//! - An action that a state has no line for leaves the agent where it is, at the reward of a step.
+//! - Episodes end at goals, so lines that leave a goal have no effect.
+
+mod parse;
+
+use super::error::nearest;
+use super::grid_world::{RewardScheme, require_finite};
+use super::tabular::{Outcome, TabularEnvironment, TabularMdp};
+use super::{Action, EnvError};
+use indexmap::IndexSet;
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A goal by the name of its state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeListGoal {
+    /// Name of the state.
+    pub at: String,
+    /// Added to the reward of the step that enters it, unless the file gives that line's reward; default: what the reward
+    /// scheme gives every goal.
+    #[serde(default)]
+    pub reward: Option<f64>,
+}
+
+/// What makes a world of an [`EdgeList`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct EdgeListParams {
+    /// Name of the start; `None`: anywhere from where a goal can be reached.
+    pub start: Option<String>,
+    /// Where episodes end.
+    pub goals: Vec<EdgeListGoal>,
+    /// What a line without a reward pays.
+    pub rewards: RewardScheme,
+    /// After how many steps an episode is truncated; `None`: ten times the number of states.
+    pub max_steps: Option<usize>,
+}
+
+/// The contents of an edge list.
+#[derive(Clone, Debug)]
+pub struct EdgeList {
+    /// The file's name, for messages.
+    file: String,
+    states: IndexSet<String>,
+    actions: IndexSet<String>,
+    /// Sorted by (from, action), in the order of the file within each.
+    edges: Vec<Edge>,
+}
+
+/// One line, with its probability filled in.
+#[derive(Clone, Debug)]
+struct Edge {
+    from: u32,
+    action: u16,
+    to: u32,
+    probability: f64,
+    reward: Option<f64>,
+}
+
+impl EdgeList {
+    /// Names of the states, in the order of their numbers.
+    pub fn state_names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.states.iter().map(String::as_str)
+    }
+
+    /// Names of the actions, in the order of their numbers.
+    pub fn action_names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.actions.iter().map(String::as_str)
+    }
+
+    /// The number of the state called `name`.
+    ///
+    /// # Errors
+    /// [`EnvError::UnknownState`], which names the closest one there is.
+    pub fn state(&self, name: &str) -> Result<usize, EnvError> {
+        self.states
+            .get_index_of(name)
+            .ok_or_else(|| EnvError::UnknownState {
+                file: self.file.clone(),
+                name: name.to_owned(),
+                nearest: nearest(name, self.state_names()),
+            })
+    }
+
+    /// The world with these goals; its state numbers are the order of [`state_names`](Self::state_names). O(lines).
+    ///
+    /// # Errors
+    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite or pay for
+    /// staying away, no steps.
+    pub fn environment(
+        &self,
+        params: &EdgeListParams,
+        rng: ChaCha8Rng,
+    ) -> Result<TabularEnvironment, EnvError> {
+        params.rewards.validate()?;
+        let goals = self.goals(params)?;
+        let mdp = self.mdp(params, &goals)?;
+        let starts = self.starts(params, &goals, &mdp)?;
+        let max_steps = params
+            .max_steps
+            .unwrap_or_else(|| self.states.len().saturating_mul(10));
+        TabularEnvironment::new(mdp, &starts, max_steps, rng)
+    }
+
+    /// The goals' state numbers, in the order given.
+    fn goals(&self, params: &EdgeListParams) -> Result<Vec<usize>, EnvError> {
+        if params.goals.is_empty() {
+            return Err(EnvError::NoGoal);
+        }
+        let mut goals = Vec::with_capacity(params.goals.len());
+        for goal in &params.goals {
+            let state = self.state(&goal.at)?;
+            require_finite(
+                &format!("the goal {:?}", goal.at),
+                goal.reward.unwrap_or(0.0),
+            )?;
+            if goals.contains(&state) {
+                return Err(EnvError::DuplicateGoal {
+                    place: format!("{:?}", goal.at),
+                });
+            }
+            goals.push(state);
+        }
+        Ok(goals)
+    }
+
+    fn mdp(&self, params: &EdgeListParams, goals: &[usize]) -> Result<TabularMdp, EnvError> {
+        let step = params.rewards.step();
+        let mut terminal = vec![false; self.states.len()];
+        let mut on_entering = vec![step; self.states.len()];
+        for (goal, &state) in params.goals.iter().zip(goals) {
+            terminal[state] = true;
+            on_entering[state] = step + goal.reward.unwrap_or(params.rewards.goal());
+        }
+        // Edges and calls come in the same order, so one pass over the edges is enough.
+        let mut rest = self.edges.as_slice();
+        TabularMdp::from_fn(self.actions.len(), terminal, |state, action, outcomes| {
+            let key = (state as u32, action);
+            rest = &rest[rest.partition_point(|edge| edge.pair() < key)..];
+            let (these, others) = rest.split_at(rest.partition_point(|edge| edge.pair() == key));
+            rest = others;
+            outcomes.extend(these.iter().map(|edge| edge.outcome(&on_entering)));
+            if these.is_empty() {
+                outcomes.push(Outcome {
+                    next: state as u32,
+                    probability: 1.0,
+                    reward: step,
+                });
+            }
+        })
+    }
+
+    fn starts(
+        &self,
+        params: &EdgeListParams,
+        goals: &[usize],
+        mdp: &TabularMdp,
+    ) -> Result<Vec<usize>, EnvError> {
+        let starts = match &params.start {
+            Some(name) => {
+                let start = self.state(name)?;
+                if goals.contains(&start) {
+                    return Err(EnvError::StartIsGoal {
+                        place: format!("{name:?}"),
+                    });
+                }
+                vec![start]
+            }
+            None => {
+                let distances = mdp.distances_to_terminal();
+                let leads_to_goal =
+                    |&state: &usize| distances[state].is_some_and(|transitions| transitions > 0);
+                (0..mdp.num_states()).filter(leads_to_goal).collect()
+            }
+        };
+        let reached = mdp.reachable_from(&starts);
+        let unreached = params
+            .goals
+            .iter()
+            .zip(goals)
+            .find(|&(_, &state)| !reached[state]);
+        match unreached {
+            None => Ok(starts),
+            Some((goal, _)) => Err(EnvError::GoalUnreachable {
+                goal: format!("{:?}", goal.at),
+                start: params
+                    .start
+                    .as_ref()
+                    .map_or("any start".to_owned(), |name| format!("the start {name:?}")),
+            }),
+        }
+    }
+}
+
+impl Edge {
+    fn pair(&self) -> (u32, Action) {
+        (self.from, Action(self.action))
+    }
+
+    /// `on_entering` is what a step to each state pays by the scheme.
+    fn outcome(&self, on_entering: &[f64]) -> Outcome {
+        let reward = self.reward.unwrap_or(on_entering[self.to as usize]);
+        Outcome {
+            next: self.to,
+            probability: self.probability,
+            reward,
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! Reading an edge list: the columns, the lines, and the probabilities of each (from, action).
+
+use super::{Edge, EdgeList};
+use crate::env::error::nearest;
+use crate::env::tabular::PROBABILITY_TOLERANCE;
+use crate::env::{EdgeListProblem, EnvError};
+use csv::StringRecord;
+use indexmap::IndexSet;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The columns there may be; the first three must be.
+const COLUMNS: [&str; 5] = ["from", "action", "to", "probability", "reward"];
+const REQUIRED: usize = 3;
+
+/// A line as it stands in the file.
+struct Line {
+    number: u64,
+    from: u32,
+    action: u16,
+    to: u32,
+    probability: Option<f64>,
+    reward: Option<f64>,
+}
+
+impl EdgeList {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// [`EnvError::Unreadable`], or [`EnvError::EdgeList`] with the line of the broken rule.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, EnvError> {
+        let name = path.as_ref().display().to_string();
+        match File::open(path) {
+            Ok(file) => Self::from_reader(&name, file),
+            Err(error) => Err(EnvError::Unreadable {
+                file: name,
+                message: error.to_string(),
+            }),
+        }
+    }
+
+    /// Reads an edge list; `file` is its name in messages. Spaces around names and numbers do not count.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_reader(file: &str, reader: impl Read) -> Result<Self, EnvError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(reader);
+        let columns = columns(
+            file,
+            reader.headers().map_err(|error| csv_error(file, &error))?,
+        )?;
+        let mut list = EdgeList {
+            file: file.to_owned(),
+            states: IndexSet::new(),
+            actions: IndexSet::new(),
+            edges: Vec::new(),
+        };
+        let mut lines = Vec::new();
+        let mut record = StringRecord::new();
+        while reader
+            .read_record(&mut record)
+            .map_err(|error| csv_error(file, &error))?
+        {
+            let number = record.position().map_or(0, csv::Position::line);
+            let line = list
+                .line(&record, &columns, number)
+                .map_err(|problem| at(file, number, problem))?;
+            lines.push(line);
+        }
+        if lines.is_empty() {
+            return Err(at(file, 1, EdgeListProblem::NoEdges));
+        }
+        // A stable sort keeps the order of the file within each (from, action).
+        lines.sort_by_key(Line::pair);
+        for group in lines.chunk_by(|a, b| a.pair() == b.pair()) {
+            list.add_group(group)
+                .map_err(|problem| at(file, group[0].number, problem))?;
+        }
+        Ok(list)
+    }
+
+    /// Reads one line and numbers the names it brings.
+    fn line(
+        &mut self,
+        record: &StringRecord,
+        columns: &[Option<usize>; 5],
+        number: u64,
+    ) -> Result<Line, EdgeListProblem> {
+        let field = |column: usize| columns[column].and_then(|at| record.get(at)).unwrap_or("");
+        for (column, name) in COLUMNS.iter().enumerate().take(REQUIRED) {
+            if field(column).is_empty() {
+                return Err(EdgeListProblem::EmptyName { column: name });
+            }
+        }
+        let action = intern(&mut self.actions, field(1));
+        Ok(Line {
+            number,
+            from: intern(&mut self.states, field(0)) as u32,
+            action: u16::try_from(action)
+                .ok()
+                .filter(|&a| a < u16::MAX)
+                .ok_or(EdgeListProblem::TooManyActions)?,
+            to: intern(&mut self.states, field(2)) as u32,
+            probability: probability(field(3))?,
+            reward: number_in(COLUMNS[4], field(4))?,
+        })
+    }
+
+    /// Fills in the probabilities of one (from, action) and appends its edges.
+    fn add_group(&mut self, group: &[Line]) -> Result<(), EdgeListProblem> {
+        let from = self.states[group[0].from as usize].clone();
+        let action = self.actions[usize::from(group[0].action)].clone();
+        let given = group
+            .iter()
+            .filter(|line| line.probability.is_some())
+            .count();
+        if given != 0 && given != group.len() {
+            return Err(EdgeListProblem::ProbabilityMissing { from, action });
+        }
+        let sum: f64 = group.iter().filter_map(|line| line.probability).sum();
+        if given != 0 && (sum - 1.0).abs() > PROBABILITY_TOLERANCE {
+            return Err(EdgeListProblem::ProbabilitySum { from, action, sum });
+        }
+        let share = 1.0 / group.len() as f64;
+        self.edges.extend(group.iter().map(|line| Edge {
+            from: line.from,
+            action: line.action,
+            to: line.to,
+            probability: line.probability.unwrap_or(share),
+            reward: line.reward,
+        }));
+        Ok(())
+    }
+}
+
+impl Line {
+    fn pair(&self) -> (u32, u16) {
+        (self.from, self.action)
+    }
+}
+
+/// Where each of [`COLUMNS`] stands in the file.
+fn columns(file: &str, header: &StringRecord) -> Result<[Option<usize>; 5], EnvError> {
+    let mut columns = [None; 5];
+    for (position, name) in header.iter().enumerate() {
+        let known = COLUMNS
+            .iter()
+            .position(|column| *column == name)
+            .ok_or_else(|| {
+                let nearest = nearest(name, COLUMNS.into_iter());
+                at(
+                    file,
+                    1,
+                    EdgeListProblem::UnknownColumn {
+                        column: name.to_owned(),
+                        nearest,
+                    },
+                )
+            })?;
+        if columns[known].replace(position).is_some() {
+            return Err(at(
+                file,
+                1,
+                EdgeListProblem::DuplicateColumn {
+                    column: name.to_owned(),
+                },
+            ));
+        }
+    }
+    match columns[..REQUIRED].iter().position(Option::is_none) {
+        None => Ok(columns),
+        Some(missing) => Err(at(
+            file,
+            1,
+            EdgeListProblem::MissingColumn {
+                column: COLUMNS[missing],
+            },
+        )),
+    }
+}
+
+/// The number of `name`, a new one if it is new.
+fn intern(names: &mut IndexSet<String>, name: &str) -> usize {
+    match names.get_index_of(name) {
+        Some(number) => number,
+        None => names.insert_full(name.to_owned()).0,
+    }
+}
+
+fn probability(text: &str) -> Result<Option<f64>, EdgeListProblem> {
+    match number_in(COLUMNS[3], text)? {
+        Some(value) if !(value > 0.0 && value <= 1.0) => {
+            Err(EdgeListProblem::ProbabilityRange { value })
+        }
+        value => Ok(value),
+    }
+}
+
+/// A finite number, or nothing.
+fn number_in(column: &'static str, text: &str) -> Result<Option<f64>, EdgeListProblem> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.map(Some).ok_or(EdgeListProblem::NotANumber {
+        column,
+        value: text.to_owned(),
+    })
+}
+
+fn at(file: &str, line: u64, problem: EdgeListProblem) -> EnvError {
+    EnvError::EdgeList {
+        file: file.to_owned(),
+        line,
+        problem,
+    }
+}
+
+fn csv_error(file: &str, error: &csv::Error) -> EnvError {
+    match error.kind() {
+        csv::ErrorKind::Io(io) => EnvError::Unreadable {
+            file: file.to_owned(),
+            message: io.to_string(),
+        },
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            at(
+                file,
+                line,
+                EdgeListProblem::Malformed {
+                    message: format!("{len} fields where the header has {expected_len}"),
+                },
+            )
+        }
+        csv::ErrorKind::Utf8 { pos, .. } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            at(
+                file,
+                line,
+                EdgeListProblem::Malformed {
+                    message: "not UTF-8 text".to_owned(),
+                },
+            )
+        }
+        _ => EnvError::Unreadable {
+            file: file.to_owned(),
+            message: error.to_string(),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The line and the problem of a list that is wrong.
+    fn problem(text: &str) -> (u64, EdgeListProblem) {
+        match EdgeList::from_reader("edges.csv", text.as_bytes()) {
+            Err(EnvError::EdgeList {
+                file,
+                line,
+                problem,
+            }) => {
+                assert_eq!(file, "edges.csv");
+                (line, problem)
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order() {
+        let list =
+            EdgeList::from_reader("edges.csv", "to, from ,action\n b, a ,go\n".as_bytes()).unwrap();
+        assert_eq!(list.state_names().collect::<Vec<_>>(), ["a", "b"]);
+        assert_eq!(list.action_names().collect::<Vec<_>>(), ["go"]);
+        assert_eq!(
+            (
+                list.edges[0].from,
+                list.edges[0].to,
+                list.edges[0].probability
+            ),
+            (0, 1, 1.0)
+        );
+    }
+
+    #[test]
+    fn headers_are_checked() {
+        assert_eq!(
+            problem("from,action\n"),
+            (1, EdgeListProblem::MissingColumn { column: "to" })
+        );
+        let unknown = EdgeListProblem::UnknownColumn {
+            column: "probabilty".to_owned(),
+            nearest: Some("probability".to_owned()),
+        };
+        assert_eq!(problem("from,action,to,probabilty\n"), (1, unknown));
+        let twice = EdgeListProblem::DuplicateColumn {
+            column: "to".to_owned(),
+        };
+        assert_eq!(problem("from,action,to,to\n"), (1, twice));
+        assert_eq!(problem("from,action,to\n"), (1, EdgeListProblem::NoEdges));
+    }
+
+    #[test]
+    fn lines_are_checked() {
+        let header = "from,action,to,probability,reward\n";
+        let second = |line: &str| problem(&format!("{header}a,go,b,1,\n{line}\n"));
+        assert_eq!(
+            second("b,,c,1,0"),
+            (3, EdgeListProblem::EmptyName { column: "action" })
+        );
+        let number = |column, value: &str| EdgeListProblem::NotANumber {
+            column,
+            value: value.to_owned(),
+        };
+        assert_eq!(second("b,go,c,half,0"), (3, number("probability", "half")));
+        assert_eq!(second("b,go,c,1,NaN"), (3, number("reward", "NaN")));
+        assert_eq!(
+            second("b,go,c,1.5,0"),
+            (3, EdgeListProblem::ProbabilityRange { value: 1.5 })
+        );
+        let (from, action) = ("b".to_owned(), "go".to_owned());
+        let sum = EdgeListProblem::ProbabilitySum {
+            from: from.clone(),
+            action: action.clone(),
+            sum: 0.5,
+        };
+        assert_eq!(second("b,go,c,0.5,0"), (3, sum));
+        assert_eq!(
+            second("b,go,c,0.5,0\nb,go,a,,0"),
+            (3, EdgeListProblem::ProbabilityMissing { from, action })
+        );
+        assert!(matches!(
+            second("b,go,c"),
+            (3, EdgeListProblem::Malformed { .. })
+        ));
+    }
+}

@@ -1,0 +1,119 @@
+//! The numbers of a grid world, and the check that map and numbers make a world one can act in.
+
+use super::rewards::{RewardScheme, require_finite};
+use crate::env::EnvError;
+use crate::env::layouts::{Cell, Direction, Layout, Tile};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a [`GridWorld`](super::GridWorld) adds to its map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct GridWorldParams {
+    /// Probability in [0, 1) that a move goes to one of its two sides instead, each equally likely.
+    pub slip: f64,
+    /// What a step pays.
+    pub rewards: RewardScheme,
+    /// After how many steps an episode is truncated; `None`: ten times the number of free cells.
+    pub max_steps: Option<usize>,
+    /// Begin anywhere from where a goal can be reached, instead of at the map's start.
+    pub random_start: bool,
+}
+
+impl GridWorldParams {
+    /// The step limit on a map with `free_cells` free cells.
+    pub fn resolved_max_steps(&self, free_cells: usize) -> usize {
+        self.max_steps
+            .unwrap_or_else(|| free_cells.saturating_mul(10))
+    }
+}
+
+/// Checks that `layout` and `params` make a world: places on free cells, every goal within reach, sensible numbers.
+/// O(cells); the world's constructor calls it.
+///
+/// # Errors
+/// The [`EnvError`] of the first broken rule.
+pub fn validate(layout: &Layout, params: &GridWorldParams) -> Result<(), EnvError> {
+    if !(0.0..1.0).contains(&params.slip) {
+        return Err(EnvError::Slip { slip: params.slip });
+    }
+    if params.max_steps == Some(0) {
+        return Err(EnvError::NoSteps);
+    }
+    params.rewards.validate()?;
+    if layout.free_cells().next().is_none() {
+        return Err(EnvError::NoFreeCell);
+    }
+    validate_goals(layout)?;
+    if params.random_start {
+        return validate_random_starts(layout);
+    }
+    validate_start(layout, layout.start.ok_or(EnvError::NoStart)?)
+}
+
+fn is_free(layout: &Layout, cell: Cell) -> bool {
+    cell.index() < layout.num_cells() && layout.tile(cell) != Tile::Wall
+}
+
+fn validate_goals(layout: &Layout) -> Result<(), EnvError> {
+    if layout.goals.is_empty() {
+        return Err(EnvError::NoGoal);
+    }
+    for (i, goal) in layout.goals.iter().enumerate() {
+        let (row, col) = layout.position(goal.cell);
+        let place = layout.describe(goal.cell);
+        if !is_free(layout, goal.cell) {
+            return Err(EnvError::GoalInWall { row, col });
+        }
+        require_finite(&format!("the goal {place}"), goal.reward.unwrap_or(0.0))?;
+        if layout.goals[..i]
+            .iter()
+            .any(|earlier| earlier.cell == goal.cell)
+        {
+            return Err(EnvError::DuplicateGoal { place });
+        }
+    }
+    Ok(())
+}
+
+fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
+    let (row, col) = layout.position(start);
+    if !is_free(layout, start) {
+        return Err(EnvError::StartInWall { row, col });
+    }
+    if layout.goals.iter().any(|goal| goal.cell == start) {
+        return Err(EnvError::StartIsGoal {
+            place: layout.describe(start),
+        });
+    }
+    let distances = layout.distances_from(start);
+    match layout
+        .goals
+        .iter()
+        .find(|goal| distances[goal.cell.index()].is_none())
+    {
+        None => Ok(()),
+        Some(goal) => Err(EnvError::GoalUnreachable {
+            goal: layout.describe(goal.cell),
+            start: format!("the start {}", layout.describe(start)),
+        }),
+    }
+}
+
+/// Each goal must be entered from some cell that is no goal; that cell can then be a start.
+fn validate_random_starts(layout: &Layout) -> Result<(), EnvError> {
+    let is_goal = |cell: &Cell| layout.goals.iter().any(|goal| goal.cell == *cell);
+    let is_entered = |cell: Cell| {
+        let mut before = Direction::ALL
+            .into_iter()
+            .filter_map(|direction| layout.predecessor(cell, direction));
+        before.any(|cell| !is_goal(&cell))
+    };
+    match layout.goals.iter().find(|goal| !is_entered(goal.cell)) {
+        None => Ok(()),
+        Some(goal) => Err(EnvError::GoalUnreachable {
+            goal: layout.describe(goal.cell),
+            start: "any start".to_owned(),
+        }),
+    }
+}

@@ -1,0 +1,234 @@
+//! What actions do, learnt from what they did: which action undoes which, and where a path has led.
+//!
+//! Suppose every action a moves by a fixed displacement δ_a of an abelian group, or not at all (a wall). Then
+//! positions follow by dead reckoning, pos(s′) = pos(s) + δ_a, and two facts come for free: where an untried
+//! action would lead, and a lower bound Σ|pos(s) − pos(g)| on the steps from s to g. Grid worlds are like that,
+//! most other worlds are not, and nobody tells the agent: the hypothesis is built from the transitions seen
+//! (pairs of actions that undo one another share an axis with opposite signs) and tested on every loop that
+//! closes. While it is not confirmed, or once loops contradict it, nothing is predicted and the bound is 0.
+
+use crate::env::Action;
+use crate::graph::{StateId, TransitionGraph};
+use std::collections::HashMap;
+
+/// Tests of "b undoes a" before it is believed.
+const MIN_UNDO_TESTS: u32 = 2;
+/// Closed loops before positions are believed.
+const MIN_LOOPS: u64 = 4;
+/// Believed facts hold in at least this share of their tests.
+const MIN_AGREEMENT: f64 = 0.95;
+/// With more actions than this the table of pairs is not worth its cost.
+const MAX_ACTIONS: usize = 16;
+
+/// What an untried action is expected to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prediction {
+    /// It undoes the step by which the state was entered from this neighbour: as good as known.
+    Undo(StateId),
+    /// It leads to the position of this state, if nothing stands in between.
+    Known(StateId),
+    /// It leads to a position where no state is known, if nothing stands in between.
+    Fresh,
+    /// Nothing is known about it.
+    Unknown,
+}
+
+/// Axis and sign of an action's displacement.
+#[derive(Clone, Copy, Debug)]
+struct Direction {
+    axis: usize,
+    sign: i32,
+}
+
+/// The learnt displacements. Memory O(n · axes); an update is O(actions) and allocates only for new states.
+#[derive(Clone, Debug)]
+pub struct Displacements {
+    num_actions: usize,
+    /// `tests[a · A + b]`: transitions a then b, both moving, that could show b undoing a; `undone` of them did.
+    tests: Vec<u32>,
+    undone: Vec<u32>,
+    inverse: Vec<Option<Action>>,
+    directions: Vec<Direction>,
+    num_axes: usize,
+    /// How each state was first entered, in order of discovery; `None` for starts.
+    entry: Vec<Option<(StateId, Action)>>,
+    /// n × axes, row-major.
+    positions: Vec<i32>,
+    occupied: HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>,
+    loops_confirmed: u64,
+    loops_contradicted: u64,
+    scratch: Vec<i32>,
+}
+
+impl Displacements {
+    /// Nothing known yet.
+    pub fn new(num_actions: usize) -> Self {
+        let directions = (0..num_actions).map(|axis| Direction { axis, sign: 1 }).collect();
+        Self {
+            num_actions,
+            tests: vec![0; num_actions * num_actions],
+            undone: vec![0; num_actions * num_actions],
+            inverse: vec![None; num_actions],
+            directions,
+            num_axes: num_actions,
+            entry: Vec::new(),
+            positions: Vec::new(),
+            occupied: HashMap::default(),
+            loops_confirmed: 0,
+            loops_contradicted: 0,
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Whether positions have been confirmed by closed loops.
+    pub fn trusted(&self) -> bool {
+        let tests = self.loops_confirmed + self.loops_contradicted;
+        tests >= MIN_LOOPS && self.loops_confirmed as f64 >= MIN_AGREEMENT * tests as f64
+    }
+
+    /// The action that undoes `action`, once believed.
+    pub fn inverse(&self, action: Action) -> Option<Action> {
+        self.inverse[action.index()]
+    }
+
+    /// A state at which an episode began. Only the first start is the origin: further ones have no position
+    /// of their own until they are reached, so they stand at the origin and loops will contradict them.
+    pub fn add_start(&mut self, start: StateId) {
+        if start.index() == self.entry.len() {
+            self.entry.push(None);
+            self.append_position(start);
+        }
+    }
+
+    /// Learns from the first time that `action` in `from` led to `to`. Call after the graph has recorded it.
+    pub fn learn(&mut self, graph: &TransitionGraph, from: StateId, action: Action, to: StateId) {
+        if self.num_actions > MAX_ACTIONS {
+            return;
+        }
+        if to.index() == self.entry.len() {
+            self.entry.push(Some((from, action)));
+            self.append_position(to);
+        } else if to != from {
+            self.close_loop(from, action, to);
+        }
+        if to != from {
+            self.test_undoing(graph, from, action, to);
+        }
+    }
+
+    /// What the untried `action` in `from` is expected to do. O(degree).
+    pub fn predict(&mut self, graph: &TransitionGraph, from: StateId, action: Action) -> Prediction {
+        if let Some(back) = self.inverse[action.index()] {
+            for &neighbor in graph.adjacency().neighbors(from.0) {
+                if graph.likely_successor(StateId(neighbor), back) == Some(from) {
+                    return Prediction::Undo(StateId(neighbor));
+                }
+            }
+        }
+        if !self.trusted() || from.index() >= self.entry.len() {
+            return Prediction::Unknown;
+        }
+        self.load_target(from, action);
+        match self.occupied.get(self.scratch.as_slice()) {
+            Some(&state) => Prediction::Known(state),
+            None => Prediction::Fresh,
+        }
+    }
+
+    /// A lower bound on the steps from the place where `action` leads from `from` to `goal`; 0 while positions
+    /// are not trusted.
+    pub fn lower_bound(&mut self, from: StateId, action: Action, goal: StateId) -> u32 {
+        let known = self.entry.len();
+        if !self.trusted() || from.index() >= known || goal.index() >= known {
+            return 0;
+        }
+        self.load_target(from, action);
+        let goal = &self.positions[goal.index() * self.num_axes..][..self.num_axes];
+        self.scratch.iter().zip(goal).map(|(a, b)| a.abs_diff(*b)).sum()
+    }
+
+    /// Puts the position to which `action` leads from `from` into `scratch`.
+    fn load_target(&mut self, from: StateId, action: Action) {
+        let row = &self.positions[from.index() * self.num_axes..][..self.num_axes];
+        self.scratch.clear();
+        self.scratch.extend_from_slice(row);
+        let direction = self.directions[action.index()];
+        self.scratch[direction.axis] += direction.sign;
+    }
+
+    fn append_position(&mut self, state: StateId) {
+        match self.entry[state.index()] {
+            Some((from, action)) => self.load_target(from, action),
+            None => {
+                self.scratch.clear();
+                self.scratch.resize(self.num_axes, 0);
+            }
+        }
+        self.positions.extend_from_slice(&self.scratch);
+        self.occupied.entry(self.scratch.clone()).or_insert(state);
+    }
+
+    fn close_loop(&mut self, from: StateId, action: Action, to: StateId) {
+        self.load_target(from, action);
+        let agrees = self.positions[to.index() * self.num_axes..][..self.num_axes] == self.scratch;
+        if agrees {
+            self.loops_confirmed += 1;
+        } else {
+            self.loops_contradicted += 1;
+        }
+    }
+
+    /// Tests the new step against its known successors and predecessors.
+    fn test_undoing(&mut self, graph: &TransitionGraph, from: StateId, action: Action, to: StateId) {
+        for b in (0..self.num_actions as u16).map(Action) {
+            if let Some(next) = graph.likely_successor(to, b).filter(|next| *next != to) {
+                self.count_undo(action, b, next == from);
+            }
+        }
+        for &neighbor in graph.adjacency().neighbors(from.0) {
+            for b in (0..self.num_actions as u16).map(Action) {
+                if graph.likely_successor(StateId(neighbor), b) == Some(from) {
+                    self.count_undo(b, action, StateId(neighbor) == to);
+                }
+            }
+        }
+    }
+
+    fn count_undo(&mut self, first: Action, second: Action, undone: bool) {
+        let pair = first.index() * self.num_actions + second.index();
+        self.tests[pair] += 1;
+        self.undone[pair] += u32::from(undone);
+        if undone && self.inverse[first.index()].is_none() && self.undoes(first, second) && self.undoes(second, first) {
+            self.inverse[first.index()] = Some(second);
+            self.inverse[second.index()] = Some(first);
+            self.rebuild_axes();
+        }
+    }
+
+    fn undoes(&self, first: Action, second: Action) -> bool {
+        let pair = first.index() * self.num_actions + second.index();
+        let tests = self.tests[pair];
+        tests >= MIN_UNDO_TESTS && f64::from(self.undone[pair]) >= MIN_AGREEMENT * f64::from(tests)
+    }
+
+    /// Gives each pair of inverses one axis and reckons all positions anew; happens once a pair.
+    fn rebuild_axes(&mut self) {
+        self.num_axes = 0;
+        for a in 0..self.num_actions {
+            self.directions[a] = match self.inverse[a] {
+                Some(b) if b.index() < a => Direction { axis: self.directions[b.index()].axis, sign: -1 },
+                _ => {
+                    self.num_axes += 1;
+                    Direction { axis: self.num_axes - 1, sign: 1 }
+                }
+            };
+        }
+        self.positions.clear();
+        self.occupied.clear();
+        self.loops_confirmed = 0;
+        self.loops_contradicted = 0;
+        for state in 0..self.entry.len() as u32 {
+            self.append_position(StateId(state));
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! From a scenario to an engine: the one place that knows every concrete type.
+
+use crate::agent::{AgentKind, AnyAgent, FeatureKind, build_agent};
+use crate::engine::{Engine, PipelineParams, ShapingPipeline};
+use crate::env::Model;
+use crate::scenario::Scenario;
+use crate::shaping::PotentialKind;
+
+/// The engine of one seed in `world`.
+pub fn build_engine<E>(scenario: &Scenario, world: E, seed: u64) -> Engine<E, AnyAgent>
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
+    let num_actions = world.num_actions();
+    let params = &scenario.agent;
+    let agent = build_agent(params, num_actions, scenario.shaping.mix, seed);
+    let needs_features =
+        params.kind == AgentKind::ActorCritic && params.features == FeatureKind::Pvf;
+    let pipeline = ShapingPipeline::new(
+        &pipeline_params(scenario),
+        num_actions,
+        needs_features,
+        seed,
+    );
+    if scenario.shaping.potential != PotentialKind::Oracle {
+        return Engine::new(world, pipeline, agent);
+    }
+    let map = world.clone();
+    let steps = true_distances(&map);
+    Engine::new(world, pipeline, agent)
+        .with_true_distances(Box::new(move |state| steps[map.mdp_index(state)]))
+}
+
+/// The sections of a scenario that the pipeline needs.
+pub fn pipeline_params(scenario: &Scenario) -> PipelineParams {
+    PipelineParams {
+        spectral: scenario.spectral.clone(),
+        gcn: scenario.gcn.clone(),
+        shaping: scenario.shaping.clone(),
+        exploration: scenario.exploration.clone(),
+        schedule: scenario.schedule.clone(),
+        gamma: scenario.agent.gamma,
+    }
+}
+
+/// Steps to the nearest goal by state of the MDP; from where there is no way, one more than from anywhere else.
+fn true_distances(world: &impl Model) -> Vec<f64> {
+    let distances = world.to_mdp().distances_to_terminal();
+    let farthest = distances.iter().flatten().max().map_or(0, |&d| d);
+    distances
+        .iter()
+        .map(|distance| f64::from(distance.unwrap_or(farthest + 1)))
+        .collect()
+}

@@ -1,0 +1,77 @@
+//! What can go wrong around a run.
+
+use std::path::{Path, PathBuf};
+
+/// Why a run did not begin, or did not end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunnerError {
+    /// The run folder has something in it already.
+    #[error(
+        "{path}: the output folder exists; --resume goes on in it, --force replaces it, --out names another",
+        path = path.display()
+    )]
+    OutputExists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// What is to be resumed or replaced is no run, so touching it might destroy something else.
+    #[error(
+        "{path}: not a run folder (it has no run.json), so it is left alone; name another with --out",
+        path = path.display()
+    )]
+    NotARunFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The run folder cannot be written to.
+    #[error("{path}: cannot write to the output folder: {source}", path = path.display())]
+    OutputNotWritable {
+        /// The folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The run folder was made by another scenario.
+    #[error(
+        "{path}: cannot resume: the scenario differs from the one that began this run, first in the line `{line}`",
+        path = path.display()
+    )]
+    ResumeMismatch {
+        /// The resolved scenario in the run folder.
+        path: PathBuf,
+        /// The first line of the present scenario that is not the same there.
+        line: String,
+    },
+    /// A file of the run folder does not say what it should.
+    #[error("{path}: {message}", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// Writing failed during the run.
+    #[error("{path}: cannot write: {source}", path = path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+}
+
+impl RunnerError {
+    /// Writing to `path` failed: for `map_err`.
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        |source| Self::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// Whether the caller asked for something that cannot be, as opposed to something failing on the way.
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Write { .. })
+    }
+}

@@ -1,0 +1,195 @@
+//! A run folder from its opening to its end: what is written around the seeds.
+
+use super::error::RunnerError;
+use super::files::{write_atomically, write_json};
+use super::folder::{Existing, RunFolder};
+use super::run::{SeedOutcome, Watch, run_seed};
+use crate::error::Error;
+use crate::report::Summary;
+use crate::scenario::{Loaded, Scenario};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What to run, and where to write it.
+#[derive(Clone, Debug)]
+pub struct RunRequest {
+    /// Master seed.
+    pub seed: u64,
+    /// The run folder; `runs/NAME/TIME` if none is given.
+    pub out: Option<PathBuf>,
+    /// What to do if it exists.
+    pub existing: Existing,
+    /// The command line, for `run.json`.
+    pub arguments: Vec<String>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct RunReport {
+    /// The seed's numbers.
+    pub outcome: SeedOutcome,
+    /// The run folder.
+    pub folder: PathBuf,
+    /// Whether the seed had been finished before and was not run again.
+    pub was_finished: bool,
+}
+
+/// `run.json`: who ran what when, and how it ended.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct RunInfo {
+    program: String,
+    scenario: String,
+    arguments: Vec<String>,
+    seeds: Vec<u64>,
+    status: RunStatus,
+    started: String,
+    ended: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RunStatus {
+    Running,
+    Finished,
+    Interrupted,
+    Failed,
+}
+
+/// Runs one seed of a scenario into a run folder.
+///
+/// With [`Existing::Resume`] a seed that is finished in the folder is not run again; one that is not, begins anew.
+///
+/// # Errors
+/// If the folder cannot be used, a file cannot be written, or the run fails.
+pub fn run(loaded: &Loaded, request: &RunRequest, watch: &mut Watch<'_>) -> Result<RunReport, Error> {
+    let scenario = &loaded.scenario;
+    let folder = RunFolder::open(request.out.as_deref(), &scenario.name, request.existing)?;
+    let session = Session { folder, scenario };
+    let mut summary = session.begin(&loaded.text)?;
+    if let Some((result, timing)) = summary.finished(request.seed) {
+        let outcome = SeedOutcome {
+            result: result.clone(),
+            timing: *timing,
+            steps_per_episode: Vec::new(),
+        };
+        return Ok(session.report(outcome, true));
+    }
+    let mut info = session.info(request);
+    session.write_info(&info)?;
+    let folder = session.folder.seed(request.seed);
+    let ran = run_seed(scenario, request.seed, &folder, watch);
+    info.ended = Some(jiff::Timestamp::now().to_string());
+    info.status = match &ran {
+        Ok(outcome) if outcome.result.finished => RunStatus::Finished,
+        Ok(_) => RunStatus::Interrupted,
+        Err(_) => RunStatus::Failed,
+    };
+    let noted = session.write_info(&info);
+    let outcome = ran?;
+    noted?;
+    summary.put(outcome.result.clone(), outcome.timing);
+    session.write_json("summary.json", &summary)?;
+    Ok(session.report(outcome, false))
+}
+
+struct Session<'a> {
+    folder: RunFolder,
+    scenario: &'a Scenario,
+}
+
+impl Session<'_> {
+    /// Writes the scenario, or checks that it is the one that began the run; returns the summary so far.
+    fn begin(&self, text: &str) -> Result<Summary, RunnerError> {
+        let resolved = self.scenario.to_toml();
+        let resolved_path = self.folder.file("resolved.toml");
+        if self.folder.is_resumed() {
+            let before = read(&resolved_path)?;
+            if before != resolved {
+                return Err(mismatch(resolved_path, &before, &resolved));
+            }
+            return self.summary();
+        }
+        write_text(&self.folder.file("scenario.toml"), text)?;
+        write_text(&resolved_path, &resolved)?;
+        Ok(self.new_summary())
+    }
+
+    fn new_summary(&self) -> Summary {
+        Summary {
+            scenario: self.scenario.name.clone(),
+            ..Summary::default()
+        }
+    }
+
+    /// The summary in the folder; a new one if the run was interrupted before it had any.
+    fn summary(&self) -> Result<Summary, RunnerError> {
+        let path = self.folder.file("summary.json");
+        if !path.exists() {
+            return Ok(self.new_summary());
+        }
+        serde_json::from_str(&read(&path)?).map_err(|error| damaged(path, &error))
+    }
+
+    /// The present run, after the seeds that the folder knows already.
+    fn info(&self, request: &RunRequest) -> RunInfo {
+        let before = fs::read_to_string(self.folder.file("run.json")).ok();
+        let before: Option<RunInfo> = before.and_then(|text| serde_json::from_str(&text).ok());
+        let mut seeds = before.map(|info| info.seeds).unwrap_or_default();
+        seeds.push(request.seed);
+        seeds.sort_unstable();
+        seeds.dedup();
+        RunInfo {
+            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scenario: self.scenario.name.clone(),
+            arguments: request.arguments.clone(),
+            seeds,
+            status: RunStatus::Running,
+            started: jiff::Timestamp::now().to_string(),
+            ended: None,
+        }
+    }
+
+    fn write_info(&self, info: &RunInfo) -> Result<(), RunnerError> {
+        self.write_json("run.json", info)
+    }
+
+    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), RunnerError> {
+        let path = self.folder.file(name);
+        write_json(&path, value).map_err(RunnerError::write(&path))
+    }
+
+    fn report(&self, outcome: SeedOutcome, was_finished: bool) -> RunReport {
+        RunReport {
+            outcome,
+            folder: self.folder.path().to_owned(),
+            was_finished,
+        }
+    }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), RunnerError> {
+    write_atomically(path, |file| file.write_all(text.as_bytes())).map_err(RunnerError::write(path))
+}
+
+fn read(path: &Path) -> Result<String, RunnerError> {
+    fs::read_to_string(path).map_err(|error| damaged(path.to_owned(), &error))
+}
+
+fn damaged(path: PathBuf, error: &dyn std::fmt::Display) -> RunnerError {
+    RunnerError::Damaged {
+        path,
+        message: error.to_string(),
+    }
+}
+
+/// Names the first line that differs.
+fn mismatch(path: PathBuf, before: &str, now: &str) -> RunnerError {
+    let mut old = before.lines();
+    let line = now.lines().find(|&line| old.next() != Some(line));
+    RunnerError::ResumeMismatch {
+        path,
+        line: line.or(old.next()).unwrap_or_default().to_owned(),
+    }
+}

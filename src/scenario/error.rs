@@ -1,0 +1,171 @@
+//! What can be wrong with a scenario, said with the place and the nearest right name.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where in the input something stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Location {
+    /// A position in a file, both numbers from 1; columns count characters.
+    Position {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+    },
+    /// A file as a whole.
+    File(PathBuf),
+    /// An assignment on the command line, as it was typed.
+    Flag(String),
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Location::Position { file, line, column } => {
+                write!(f, "{}:{line}:{column}", file.display())
+            }
+            Location::File(file) => write!(f, "{}", file.display()),
+            Location::Flag(text) => write!(f, "--set {text}"),
+        }
+    }
+}
+
+/// Why a scenario was not accepted. Every message begins with the [`Location`].
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScenarioError {
+    /// A file could not be read.
+    #[error("{path}: cannot read the file: {source}{}", shipped_hint(hint), path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+        /// A scenario that comes with the program and has nearly this name.
+        hint: Option<String>,
+    },
+    /// The text is not TOML.
+    #[error("{place}: not valid TOML: {message}")]
+    Syntax {
+        /// Where the parser stopped.
+        place: Location,
+        /// What it expected.
+        message: String,
+    },
+    /// A key that no section has.
+    #[error("{place}: unknown key `{key}`{}", suggestion(nearest, known))]
+    UnknownKey {
+        /// Where the key stands.
+        place: Location,
+        /// The key with its section, `agent.gama`.
+        key: String,
+        /// The right key that is nearest in spelling.
+        nearest: Option<String>,
+        /// Every key that would be right there.
+        known: Vec<String>,
+    },
+    /// A word that is none of the choices.
+    #[error("{place}: `{key}` cannot be \"{value}\"{}", suggestion(nearest, known))]
+    UnknownChoice {
+        /// Where the word stands.
+        place: Location,
+        /// The key it was given to.
+        key: String,
+        /// The word.
+        value: String,
+        /// The choice that is nearest in spelling.
+        nearest: Option<String>,
+        /// Every choice.
+        known: Vec<String>,
+    },
+    /// A value of the wrong type or form.
+    #[error("{place}: `{key}`: {message}")]
+    Type {
+        /// Where the value stands.
+        place: Location,
+        /// The key it was given to.
+        key: String,
+        /// What was expected and what was found.
+        message: String,
+    },
+    /// A value of the right type that breaks a rule, or does not go with another one.
+    #[error("{place}: {message}")]
+    Rule {
+        /// Where the value stands (the whole file, if a default is at odds with what the file says).
+        place: Location,
+        /// The rule and what breaks it, with the key's name.
+        message: String,
+    },
+}
+
+/// "; did you mean …", or the list of what would be right.
+fn suggestion(nearest: &Option<String>, known: &[String]) -> String {
+    match nearest {
+        Some(nearest) => format!("; did you mean `{nearest}`?"),
+        None if known.is_empty() => String::new(),
+        None => format!("; it is one of {}", known.join(", ")),
+    }
+}
+
+/// The scenario that may have been meant.
+fn shipped_hint(hint: &Option<String>) -> String {
+    hint.as_ref().map_or_else(String::new, |name| {
+        format!("; `{name}` alone names the scenario that comes with the program")
+    })
+}
+
+/// A broken rule before its place is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrokenRule {
+    /// The key with its section, `env.goals[0].at`.
+    pub key: String,
+    /// The rule and what breaks it.
+    pub message: String,
+}
+
+impl BrokenRule {
+    /// The rule that `key` breaks. A message that does not name the key is prefixed by it.
+    pub fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
+        let (key, mut message) = (key.into(), message.into());
+        if !message.contains(&key) {
+            message = format!("{key}: {message}");
+        }
+        Self { key, message }
+    }
+}
+
+/// The entry of `known` that `word` was most likely meant to be: at most a third of its letters differ.
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase().replace('_', "-");
+    known
+        .into_iter()
+        .map(|k| (distance(&word, &k.replace('_', "-")), k))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|&(distance, _)| distance <= 0.34)
+        .map(|(_, k)| k)
+}
+
+/// Share of letters that differ, with swapped neighbours as one slip.
+fn distance(a: &str, b: &str) -> f64 {
+    1.0 - strsim::normalized_damerau_levenshtein(a, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_find_their_key_and_strangers_do_not() {
+        let known = ["gamma", "num_eigenpairs", "actor_learning_rate"];
+        assert_eq!(nearest("gama", known), Some("gamma"));
+        assert_eq!(nearest("num-eigenpair", known), Some("num_eigenpairs"));
+        assert_eq!(
+            nearest("actor_learnig_rate", known),
+            Some("actor_learning_rate")
+        );
+        assert_eq!(nearest("colour", known), None);
+    }
+}

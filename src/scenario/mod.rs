@@ -1,0 +1,210 @@
+//! Experiments as files: a scenario is a TOML file of flat tables, one for each part of the program.
+//!
+//! Every key has a default, an unknown key is an error that names the nearest right one, and choices are words.
+//! [`Scenario::load`] reads a file, lays the assignments of the command line over it and checks the whole; what
+//! comes out is complete and can be run. Its sections stand in the order in which data flows:
+//!
+//! | section | what | owner |
+//! |---|---|---|
+//! | `[env]` | the world | [`EnvParams`] |
+//! | `[spectral]` | the eigenvectors | [`SpectralParams`] |
+//! | `[gcn]` | the graph network | [`GcnParams`] |
+//! | `[shaping]` | the potential | [`ShapingParams`] |
+//! | `[exploration]` | before the first goal | [`ExplorationParams`] |
+//! | `[agent]` | the learner | [`AgentParams`] |
+//! | `[schedule]` | when to refresh and to fit | [`ScheduleParams`] |
+//! | `[run]` | how long | [`RunParams`] |
+
+mod document;
+mod env;
+mod error;
+mod place;
+mod shipped;
+mod template;
+mod world;
+
+pub use document::Document;
+pub use env::{EnvKind, EnvParams, GoalSpec};
+pub use error::{BrokenRule, Location, ScenarioError, nearest};
+pub use place::{MaxSteps, Place};
+pub use shipped::{Shipped, shipped};
+pub use template::template;
+pub use world::World;
+
+use crate::agent::AgentParams;
+use crate::engine::ScheduleParams;
+use crate::exploration::ExplorationParams;
+use crate::gcn::GcnParams;
+use crate::shaping::ShapingParams;
+use crate::spectral::SpectralParams;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+/// How long, and from which seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RunParams {
+    /// Episodes to run, at least 1.
+    pub episodes: usize,
+    /// Master seed, unless the command line gives another one.
+    pub seed: u64,
+}
+
+impl Default for RunParams {
+    fn default() -> Self {
+        Self {
+            episodes: 500,
+            seed: 0,
+        }
+    }
+}
+
+/// A complete experiment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// Name of the experiment and of its folder of runs: letters, digits, `-`, `_`, `.`; by default that of the file.
+    pub name: String,
+    /// The world.
+    pub env: EnvParams,
+    /// The eigenvectors of the graph of visited states.
+    pub spectral: SpectralParams,
+    /// The graph network.
+    pub gcn: GcnParams,
+    /// The potential and the shaped reward.
+    pub shaping: ShapingParams,
+    /// What guides the agent before its first goal.
+    pub exploration: ExplorationParams,
+    /// The learner.
+    pub agent: AgentParams,
+    /// When to refresh the spectrum and when to fit again.
+    pub schedule: ScheduleParams,
+    /// How long, and from which seed.
+    pub run: RunParams,
+}
+
+/// A scenario, with the file it came from.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scenario, complete and checked.
+    pub scenario: Scenario,
+    /// The text of the file, without the assignments of the command line.
+    pub text: String,
+}
+
+impl Scenario {
+    /// Reads a scenario file, or the shipped scenario of that name if there is no such file, and lays assignments
+    /// `section.key=value` over it.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with file, line and column, or the assignment to blame.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Loaded, ScenarioError> {
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(path, text, sets),
+            Err(source) => match shipped().iter().find(|s| Path::new(s.name) == path) {
+                Some(found) => Self::parse(path, found.text.to_owned(), sets),
+                None => Err(unreadable(path, source)),
+            },
+        }
+    }
+
+    /// The same for a text that came from elsewhere; `path` serves messages, the name, and relative files.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
+        let document = Document::new(path, text, sets)?;
+        let mut scenario: Scenario = document.deserialize()?;
+        scenario.complete(path);
+        scenario
+            .validate()
+            .map_err(|broken| ScenarioError::Rule {
+                place: document.place_of(&broken.key),
+                message: broken.message,
+            })?;
+        Ok(Loaded {
+            scenario,
+            text: document.text().to_owned(),
+        })
+    }
+
+    /// The scenario as TOML with every default written out.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scenario is made of what TOML can hold")
+    }
+
+    /// The JSON Schema of scenario files.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Scenario).to_value()
+    }
+
+    /// Writes out the defaults that depend on other keys, and where relative paths begin.
+    fn complete(&mut self, path: &Path) {
+        if self.name.is_empty() {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            self.name = stem.replace(|c| !is_name_character(c), "-");
+        }
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        if let Some(file) = &mut self.env.file {
+            *file = folder.join(&*file);
+        }
+        self.env.fill_defaults();
+    }
+
+    /// Checks every section, and that they go together; builds the world to see that it is one.
+    ///
+    /// # Errors
+    /// The first broken rule, with the key to blame.
+    pub fn validate(&self) -> Result<(), BrokenRule> {
+        let is_name = !self.name.is_empty()
+            && !self.name.starts_with('.')
+            && self.name.chars().all(is_name_character);
+        if !is_name {
+            return Err(BrokenRule::new(
+                "name",
+                format!("name = {:?} names a folder: use letters, digits, -, _ and .", self.name),
+            ));
+        }
+        self.env.validate()?;
+        in_section("spectral", self.spectral.validate())?;
+        in_section("gcn", self.gcn.validate())?;
+        in_section("shaping", self.shaping.validate())?;
+        in_section("exploration", self.exploration.validate())?;
+        in_section("agent", self.agent.validate())?;
+        in_section("schedule", self.schedule.validate())?;
+        if self.run.episodes == 0 {
+            return Err(BrokenRule::new("run.episodes", "run.episodes must be at least 1"));
+        }
+        self.world(0).map(drop)
+    }
+}
+
+fn is_name_character(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "-_.".contains(c)
+}
+
+/// A section's own check, as a rule with its key: messages begin with the key, with or without the section.
+fn in_section<E: Display>(section: &str, checked: Result<(), E>) -> Result<(), BrokenRule> {
+    checked.map_err(|error| {
+        let message = error.to_string();
+        let first = message.split([' ', ':', ',']).next().unwrap_or_default();
+        if first.starts_with(&format!("{section}.")) {
+            BrokenRule::new(first, message.clone())
+        } else {
+            BrokenRule::new(format!("{section}.{first}"), format!("{section}.{message}"))
+        }
+    })
+}
+
+/// A missing file, with the shipped scenario that may have been meant.
+fn unreadable(path: &Path, source: std::io::Error) -> ScenarioError {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let hint = nearest(&stem, shipped().iter().map(|s| s.name)).map(str::to_owned);
+    ScenarioError::Read {
+        path: path.to_owned(),
+        source,
+        hint,
+    }
+}

@@ -1,0 +1,43 @@
+//! The scenarios that come with the program, inside it.
+
+/// A scenario of the folder `scenarios/`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shipped {
+    /// The file's name without `.toml`.
+    pub name: &'static str,
+    /// The file.
+    pub text: &'static str,
+}
+
+impl Shipped {
+    /// What it shows: the first line of the file.
+    pub fn shows(&self) -> &'static str {
+        let line = self.text.lines().find(|line| line.starts_with("# "));
+        line.unwrap_or_default().trim_start_matches("# ")
+    }
+}
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(Shipped {
+            name: $name,
+            text: include_str!(concat!("../../scenarios/", $name, ".toml")),
+        }),*]
+    };
+}
+
+/// Every shipped scenario, the smallest first.
+pub fn shipped() -> &'static [Shipped] {
+    files![
+        "smoke",
+        "open_5x5",
+        "four_rooms",
+        "linked_grids",
+        "two_goals",
+        "centre_goal",
+        "u_trap",
+        "open_15x15",
+        "rooms_50x50",
+        "maze_101",
+    ]
+}

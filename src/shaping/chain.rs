@@ -1,0 +1,170 @@
+//! The walk P, laid out in memory in the order in which values flow away from the goals.
+//!
+//! ```text
+//! position:   0 … g−1 | g  g+1  …                 m−1
+//!             goals   | nearest first … farthest last          states that reach no goal: left out
+//! row i:      [ near: columns < i | far: columns > i ]
+//! ```
+//!
+//! A sweep over the rows is then one pass through contiguous memory, and every row past the goals has at least one
+//! near column: the successor through which it was first reached.
+
+use super::successors::Successors;
+use crate::graph::StateId;
+
+/// P restricted to the states that can reach a goal, rows and columns by position.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    num_states: usize,
+    num_goals: usize,
+    /// State at each position.
+    order: Vec<u32>,
+    /// `order.len() + 1` offsets; rows of goals are empty, since goals absorb.
+    offsets: Vec<usize>,
+    /// For each row the offset of its first far column.
+    first_far: Vec<usize>,
+    columns: Vec<u32>,
+    probabilities: Vec<f64>,
+}
+
+/// One row: the columns before its position, and those after it.
+pub(crate) struct Row<'a> {
+    pub near: &'a [u32],
+    pub near_probabilities: &'a [f64],
+    pub far: &'a [u32],
+    pub far_probabilities: &'a [f64],
+}
+
+impl Chain {
+    /// Lays out `successors` along `order`, of which the first `num_goals` are goals (see
+    /// [`cost_to_go`](super::cost_to_go::cost_to_go)). O(nnz log degree).
+    ///
+    /// # Panics
+    /// If a state past the goals has no successor before it: the order is then not one of reachability.
+    pub fn new(successors: &Successors, order: Vec<u32>, num_goals: usize) -> Self {
+        let mut position = vec![u32::MAX; successors.num_states()];
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(p, &s)| position[s as usize] = p as u32);
+        let mut chain = Self {
+            num_states: successors.num_states(),
+            num_goals,
+            offsets: vec![0; num_goals + 1],
+            first_far: vec![0; num_goals],
+            columns: Vec::with_capacity(successors.nnz()),
+            probabilities: Vec::with_capacity(successors.nnz()),
+            order,
+        };
+        let mut row = Vec::new();
+        for p in num_goals..chain.order.len() {
+            let (targets, probabilities) = successors.row(chain.order[p] as usize);
+            let placed = targets
+                .iter()
+                .map(|&t| position[t as usize])
+                .zip(probabilities.iter().copied());
+            row.extend(placed.filter(|&(column, _)| column != u32::MAX));
+            row.sort_unstable_by_key(|&(column, _)| column);
+            chain.push_row(p as u32, &row);
+            row.clear();
+        }
+        chain
+    }
+
+    fn push_row(&mut self, p: u32, row: &[(u32, f64)]) {
+        let near = row.partition_point(|&(column, _)| column < p);
+        assert!(near > 0, "position {p} has no successor before it");
+        self.first_far.push(self.columns.len() + near);
+        self.columns.extend(row.iter().map(|&(column, _)| column));
+        self.probabilities
+            .extend(row.iter().map(|&(_, probability)| probability));
+        self.offsets.push(self.columns.len());
+    }
+
+    /// Number of states of the whole graph.
+    pub fn num_states(&self) -> usize {
+        self.num_states
+    }
+
+    /// Number of positions: goals, and states that can reach one.
+    pub fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Whether there is not even a goal.
+    pub fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+
+    /// Number of goals, which take the first positions.
+    pub fn num_goals(&self) -> usize {
+        self.num_goals
+    }
+
+    /// Number of entries of P.
+    pub fn nnz(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// The state at each position.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// `by_state` in the order of positions.
+    pub fn gather(&self, by_state: &[f64]) -> Vec<f64> {
+        self.order.iter().map(|&s| by_state[s as usize]).collect()
+    }
+
+    /// `by_position` by state number, `elsewhere` for states that reach no goal.
+    pub fn scatter(&self, by_position: &[f64], elsewhere: f64) -> Vec<f64> {
+        let mut by_state = vec![elsewhere; self.num_states];
+        for (&state, &value) in self.order.iter().zip(by_position) {
+            by_state[state as usize] = value;
+        }
+        by_state
+    }
+
+    pub(crate) fn near_range(&self, p: usize) -> std::ops::Range<usize> {
+        self.offsets[p]..self.first_far[p]
+    }
+
+    pub(crate) fn far_range(&self, p: usize) -> std::ops::Range<usize> {
+        self.first_far[p]..self.offsets[p + 1]
+    }
+
+    pub(crate) fn columns(&self) -> &[u32] {
+        &self.columns
+    }
+
+    pub(crate) fn row(&self, p: usize) -> Row<'_> {
+        let (near, far) = (self.near_range(p), self.far_range(p));
+        Row {
+            near: &self.columns[near.clone()],
+            near_probabilities: &self.probabilities[near],
+            far: &self.columns[far.clone()],
+            far_probabilities: &self.probabilities[far],
+        }
+    }
+
+    /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves
+    /// can be taken back this is [`spurious_maxima`](super::spurious_maxima); on a directed world it is what that
+    /// should mean, since an agent can only climb along moves that exist. O(nnz).
+    ///
+    /// # Panics
+    /// If `values` has not one entry per state.
+    pub fn spurious_maxima(&self, values: &[f64]) -> Vec<StateId> {
+        assert_eq!(values.len(), self.num_states, "one value per state");
+        let at = |position: &u32| values[self.order[*position as usize] as usize];
+        let mut found: Vec<StateId> = (self.num_goals..self.len())
+            .filter(|&p| {
+                let row = self.row(p);
+                let here = at(&(p as u32));
+                !row.near.iter().chain(row.far).any(|j| at(j) > here)
+            })
+            .map(|p| StateId(self.order[p]))
+            .collect();
+        found.sort_unstable();
+        found
+    }
+}

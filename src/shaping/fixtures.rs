@@ -1,0 +1,54 @@
+//! Small graphs for the tests of this module.
+
+use super::chain::Chain;
+use super::cost_to_go::cost_to_go;
+use super::successors::Successors;
+use crate::graph::Csr;
+use proptest::prelude::*;
+
+/// An undirected graph with unit weights; an edge given twice weighs 1 all the same.
+pub fn graph(n: usize, edges: &[(usize, usize)]) -> Csr {
+    let mut directed: Vec<_> = edges.iter().flat_map(|&(i, j)| [(i, j), (j, i)]).collect();
+    directed.sort_unstable();
+    directed.dedup();
+    let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
+    directed
+        .iter()
+        .for_each(|&(i, j)| triplets.add_triplet(i, j, 1.0));
+    triplets.to_csr()
+}
+
+/// The path 0 – 1 – … – (n−1).
+pub fn path(n: usize) -> Csr {
+    graph(n, &(1..n).map(|i| (i - 1, i)).collect::<Vec<_>>())
+}
+
+/// The grid of `rows` × `columns` cells, numbered row by row, without the edges that touch `walls`.
+pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> Csr {
+    let mut edges = Vec::new();
+    for i in 0..rows * columns {
+        if i % columns + 1 < columns {
+            edges.push((i, i + 1));
+        }
+        if i + columns < rows * columns {
+            edges.push((i, i + columns));
+        }
+    }
+    edges.retain(|(i, j)| !walls.contains(i) && !walls.contains(j));
+    graph(rows * columns, &edges)
+}
+
+/// Unit costs and goals of equal worth.
+pub fn chain(adjacency: &Csr, goals: &[u32]) -> Chain {
+    let successors = Successors::undirected(adjacency).unwrap();
+    let costs = vec![1.0; adjacency.rows()];
+    let reach = cost_to_go(&successors, &costs, goals, &vec![0.0; goals.len()]);
+    Chain::new(&successors, reach.order, goals.len())
+}
+
+/// Graphs of 2 to 24 nodes, any density, connected or not, with self-loops.
+pub fn any_graph() -> impl Strategy<Value = Csr> {
+    (2_usize..24).prop_flat_map(|n| {
+        prop::collection::vec((0..n, 0..n), 0..4 * n).prop_map(move |edges| graph(n, &edges))
+    })
+}

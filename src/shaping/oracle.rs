@@ -1,0 +1,55 @@
+//! φ_i = −factor · r̄ · d*_i with the true distance d*, in typical steps: what shaping could do if the map were known.
+//!
+//! Whoever runs the world tells the distances, state by state as they are discovered, through
+//! [`set_true_distance`](PotentialModel::set_true_distance). Only r̄, the cost of a typical step, is observed.
+
+use super::terrain::Terrain;
+use super::{PotentialFit, PotentialInputs, PotentialModel, ShapingError};
+use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
+
+/// The `oracle` potential. Needs no goal to have been seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OraclePotential {
+    /// Range of φ ÷ cost of the longest known way.
+    pub scale_factor: f64,
+    /// d* by state number; `None` where nobody told it, or no goal can be reached.
+    distances: Vec<Option<f64>>,
+}
+
+impl OraclePotential {
+    /// An oracle that has not been told anything.
+    pub fn new(scale_factor: f64) -> Self {
+        Self {
+            scale_factor,
+            distances: Vec::new(),
+        }
+    }
+}
+
+impl PotentialModel for OraclePotential {
+    /// States without a distance get the lowest φ of those that have one.
+    fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
+        let per_step = -self.scale_factor * Terrain::observed(inputs)?.step_reward;
+        let n = inputs.adjacency.rows();
+        let told = |i: usize| self.distances.get(i).copied().flatten();
+        let phi = |i: usize| told(i).map(|d| 0.0 + per_step * d);
+        let lowest = (0..n).filter_map(phi).fold(0.0, f64::min);
+        PotentialFit::checked((0..n).map(|i| phi(i).unwrap_or(lowest)).collect())
+    }
+
+    /// A distance that is not finite means that no goal can be reached.
+    ///
+    /// # Panics
+    /// If `distance` is negative.
+    fn set_true_distance(&mut self, state: StateId, distance: f64) {
+        assert!(
+            distance >= 0.0 || distance.is_nan(),
+            "distance {distance} of {state:?}"
+        );
+        if self.distances.len() <= state.index() {
+            self.distances.resize(state.index() + 1, None);
+        }
+        self.distances[state.index()] = distance.is_finite().then_some(distance);
+    }
+}

@@ -1,0 +1,233 @@
+//! The `[shaping]` section of a scenario.
+
+use super::ShapingError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Where φ comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PotentialKind {
+    /// A GCN sets the local cost of a diffusion (the default).
+    #[default]
+    Gcn,
+    /// The GCN's probability of the rewarding class, as in the source report.
+    Report,
+    /// A diffusion with fixed cost.
+    Heat,
+    /// Hop distance on the visited graph.
+    Hops,
+    /// Distance on the true map.
+    Oracle,
+    /// φ = 0: no shaping.
+    None,
+}
+
+impl PotentialKind {
+    /// Every kind, in the order of the documentation.
+    pub const ALL: [PotentialKind; 6] = [
+        PotentialKind::Gcn,
+        PotentialKind::Report,
+        PotentialKind::Heat,
+        PotentialKind::Hops,
+        PotentialKind::Oracle,
+        PotentialKind::None,
+    ];
+
+    /// The name used in scenarios and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            PotentialKind::Gcn => "gcn",
+            PotentialKind::Report => "report",
+            PotentialKind::Heat => "heat",
+            PotentialKind::Hops => "hops",
+            PotentialKind::Oracle => "oracle",
+            PotentialKind::None => "none",
+        }
+    }
+}
+
+impl fmt::Display for PotentialKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// In which units φ is handed out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScaleMode {
+    /// Shifted to 0 at the best goal and scaled to `scale_factor` times the cost of the longest known way there.
+    #[default]
+    Return,
+    /// As the model puts it out. Only `potential = "report"` has a raw form of its own: the class probability.
+    Raw,
+}
+
+/// The `[shaping]` section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShapingParams {
+    /// Where φ comes from.
+    pub potential: PotentialKind,
+    /// Units of φ: `return` or `raw` (the bare class probability, only for `report`).
+    pub scale: ScaleMode,
+    /// Range of φ ÷ cost of the longest known way to a goal.
+    pub scale_factor: f64,
+    /// Weight of the shaped TD error against the plain one, 0 to 1 (α of Klissarov & Precup 2020).
+    pub mix: f64,
+    /// `gcn`: diffusion cost of one typical step, in nats, before the network has learnt anything.
+    pub temperature: f64,
+    /// `gcn`: the network may scale a local cost by e^±this.
+    pub log_cost_clip: f64,
+    /// `gcn`: states drawn as labels at each fit.
+    pub num_labels: usize,
+    /// `gcn`: epochs of the first fit.
+    pub cold_epochs: usize,
+    /// `gcn`: epochs of every later fit.
+    pub warm_epochs: usize,
+    /// `gcn`: weight of the smoothness loss zᵀLz, divided by the number of edges.
+    pub cost_smoothness: f64,
+    /// `heat`: the part of the heat that a typical step keeps, between 0 and 1.
+    pub heat_kept: f64,
+}
+
+impl Default for ShapingParams {
+    fn default() -> Self {
+        Self {
+            potential: PotentialKind::default(),
+            scale: ScaleMode::default(),
+            scale_factor: 2.0,
+            mix: 1.0,
+            temperature: 0.7,
+            log_cost_clip: 1.5,
+            num_labels: 256,
+            cold_epochs: 150,
+            warm_epochs: 20,
+            cost_smoothness: 3.0,
+            heat_kept: 0.9,
+        }
+    }
+}
+
+impl ShapingParams {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`ShapingError::Parameter`] with the key, its value and the rule it breaks.
+    pub fn validate(&self) -> Result<(), ShapingError> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        // Below this a state cost would sink under the tolerance of the solve, and with it the maximum principle.
+        let cost = |x: f64| (1e-3..=100.0).contains(&x);
+        let rules = [
+            (
+                "scale_factor",
+                self.scale_factor,
+                positive(self.scale_factor),
+                "a positive number",
+            ),
+            (
+                "mix",
+                self.mix,
+                (0.0..=1.0).contains(&self.mix),
+                "between 0 and 1",
+            ),
+            (
+                "temperature",
+                self.temperature,
+                cost(self.temperature),
+                "between 0.001 and 100",
+            ),
+            (
+                "log_cost_clip",
+                self.log_cost_clip,
+                (0.0..=3.0).contains(&self.log_cost_clip),
+                "between 0 and 3",
+            ),
+            (
+                "num_labels",
+                self.num_labels as f64,
+                self.num_labels > 0,
+                "at least 1",
+            ),
+            (
+                "cost_smoothness",
+                self.cost_smoothness,
+                self.cost_smoothness >= 0.0 && self.cost_smoothness.is_finite(),
+                "0 or a positive number",
+            ),
+            (
+                "heat_kept",
+                self.heat_kept,
+                (1e-6..=0.999).contains(&self.heat_kept),
+                "between 0.000001 and 0.999",
+            ),
+        ];
+        match rules.into_iter().find(|(_, _, holds, _)| !holds) {
+            Some((key, value, _, rule)) => Err(ShapingError::Parameter { key, value, rule }),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_survive_toml() {
+        let params = ShapingParams::default();
+        params.validate().unwrap();
+        let text = toml::to_string(&params).unwrap();
+        assert_eq!(toml::from_str::<ShapingParams>(&text).unwrap(), params);
+    }
+
+    #[test]
+    fn names_are_those_of_serde() {
+        for kind in PotentialKind::ALL {
+            let written = serde_json::to_string(&kind).unwrap();
+            assert_eq!(written, format!("\"{kind}\""));
+        }
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        assert!(toml::from_str::<ShapingParams>("scal_factor = 2.0").is_err());
+    }
+
+    #[test]
+    fn a_broken_rule_names_key_value_and_rule() {
+        let check = |params: ShapingParams, message: &str| {
+            assert_eq!(params.validate().unwrap_err().to_string(), message);
+        };
+        check(
+            ShapingParams {
+                mix: 1.5,
+                ..Default::default()
+            },
+            "shaping.mix is 1.5: it must be between 0 and 1",
+        );
+        check(
+            ShapingParams {
+                scale_factor: f64::NAN,
+                ..Default::default()
+            },
+            "shaping.scale_factor is NaN: it must be a positive number",
+        );
+        check(
+            ShapingParams {
+                temperature: 0.0,
+                ..Default::default()
+            },
+            "shaping.temperature is 0: it must be between 0.001 and 100",
+        );
+        check(
+            ShapingParams {
+                num_labels: 0,
+                ..Default::default()
+            },
+            "shaping.num_labels is 0: it must be at least 1",
+        );
+    }
+}

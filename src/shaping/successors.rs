@@ -1,0 +1,175 @@
+//! P: where the walk that the diffusion averages over goes from each state.
+//!
+//! ```text
+//! P_ij = mean over the actions a tried at i of  N(i, a, j) / Σ_{k≠i} N(i, a, k)      all actions of i tried
+//! P_ij = A_ij / Σ_{k≠i} A_ik                                                          some action untried
+//! ```
+//!
+//! While a state has untried actions its undirected neighbours stand in: the way back is then assumed open, which is
+//! the optimistic guess. Once every action was tried the observed moves alone count, so a door that opens one way
+//! is one edge.
+//!
+//! **Self-transitions are left out.** A bump into a wall tells that an action is useless, not that the cell is
+//! dear: with bumps counted, cells along walls would look farther from the goal than they are (a corner by ln 2 per
+//! bump), and the potential would push the agent off the walls that its shortest path may follow. What waiting
+//! really costs is in the rewards, hence in the step costs. The same holds for an action that slips in place.
+
+use super::ShapingError;
+use crate::env::Action;
+use crate::graph::{Csr, StateId, TransitionGraph};
+
+/// Rows of probabilities over the next state, without self-transitions; a row is empty where there is no way on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Successors {
+    /// `num_states + 1` offsets into the two arrays below.
+    offsets: Vec<usize>,
+    targets: Vec<u32>,
+    probabilities: Vec<f64>,
+}
+
+impl Successors {
+    /// P of a world as far as it was observed. O(n + transitions).
+    ///
+    /// # Errors
+    /// [`ShapingError::Weight`] if an edge weight is not finite and positive.
+    ///
+    /// # Panics
+    /// If `adjacency` has not one row per state of `graph`.
+    pub fn observed(graph: &TransitionGraph, adjacency: &Csr) -> Result<Self, ShapingError> {
+        let n = graph.num_states();
+        assert_eq!(
+            adjacency.rows(),
+            n,
+            "the adjacency must be that of the transition graph"
+        );
+        let mut rows = Self::with_capacity(n, adjacency.nnz());
+        let mut row = Vec::new();
+        for i in 0..n {
+            let state = StateId(i as u32);
+            if graph.untried_actions(state) == 0 {
+                empirical_row(graph, state, &mut row);
+            } else {
+                undirected_row(adjacency, i, &mut row)?;
+            }
+            rows.push_row(&mut row);
+        }
+        Ok(rows)
+    }
+
+    /// P of an undirected graph: its weights, normalised by row. O(n + nnz).
+    ///
+    /// # Errors
+    /// [`ShapingError::Weight`] if an edge weight is not finite and positive.
+    pub fn undirected(adjacency: &Csr) -> Result<Self, ShapingError> {
+        let mut rows = Self::with_capacity(adjacency.rows(), adjacency.nnz());
+        let mut row = Vec::new();
+        for i in 0..adjacency.rows() {
+            undirected_row(adjacency, i, &mut row)?;
+            rows.push_row(&mut row);
+        }
+        Ok(rows)
+    }
+
+    fn with_capacity(n: usize, nnz: usize) -> Self {
+        let mut offsets = Vec::with_capacity(n + 1);
+        offsets.push(0);
+        Self {
+            offsets,
+            targets: Vec::with_capacity(nnz),
+            probabilities: Vec::with_capacity(nnz),
+        }
+    }
+
+    /// Appends the normalised row, parallel entries merged.
+    fn push_row(&mut self, row: &mut Vec<(u32, f64)>) {
+        row.sort_unstable_by_key(|&(target, _)| target);
+        row.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += next.1;
+            }
+            same
+        });
+        let total: f64 = row.iter().map(|&(_, weight)| weight).sum();
+        for &(target, weight) in row.iter() {
+            self.targets.push(target);
+            self.probabilities.push(weight / total);
+        }
+        self.offsets.push(self.targets.len());
+        row.clear();
+    }
+
+    /// Number of states.
+    pub fn num_states(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of entries of P.
+    pub fn nnz(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// The next states of `i`, ascending, and their probabilities.
+    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        (&self.targets[range.clone()], &self.probabilities[range])
+    }
+
+    /// The transposed pattern: offsets, and for each state the states that lead to it, ascending.
+    pub(crate) fn predecessors(&self) -> (Vec<usize>, Vec<u32>) {
+        let n = self.num_states();
+        let mut offsets = vec![0; n + 1];
+        self.targets
+            .iter()
+            .for_each(|&j| offsets[j as usize + 1] += 1);
+        (0..n).for_each(|j| offsets[j + 1] += offsets[j]);
+        let mut next = offsets.clone();
+        let mut sources = vec![0; self.nnz()];
+        for i in 0..n {
+            for &j in self.row(i).0 {
+                sources[next[j as usize]] = i as u32;
+                next[j as usize] += 1;
+            }
+        }
+        (offsets, sources)
+    }
+}
+
+/// Each tried action weighs the same; within one, outcomes weigh by how often they were seen.
+fn empirical_row(graph: &TransitionGraph, state: StateId, row: &mut Vec<(u32, f64)>) {
+    let moves = || graph.outcomes(state).filter(move |o| o.next != state);
+    let seen_of = |action: Action| -> f64 {
+        moves()
+            .filter(|o| o.action == action)
+            .map(|o| f64::from(o.count))
+            .sum()
+    };
+    row.extend(moves().map(|o| (o.next.0, f64::from(o.count) / seen_of(o.action))));
+}
+
+fn undirected_row(
+    adjacency: &Csr,
+    i: usize,
+    row: &mut Vec<(u32, f64)>,
+) -> Result<(), ShapingError> {
+    let (columns, weights) = csr_row(adjacency, i);
+    for (&j, &value) in columns.iter().zip(weights) {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(ShapingError::Weight {
+                row: i,
+                column: j as usize,
+                value,
+            });
+        }
+        if j as usize != i {
+            row.push((j, value));
+        }
+    }
+    Ok(())
+}
+
+/// Columns and values of row `i`.
+pub(crate) fn csr_row(csr: &Csr, i: usize) -> (&[u32], &[f64]) {
+    let range = csr.indptr().outer_inds_sz(i);
+    (&csr.indices()[range.clone()], &csr.data()[range])
+}
