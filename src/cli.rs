@@ -32,13 +32,30 @@ pub struct Global {
     #[arg(long, value_name = "N", value_parser = at_least_one, global = true, help_heading = "Global options")]
     pub threads: Option<usize>,
     /// When to colour; NO_COLOR is honoured too
-    #[arg(long, value_name = "WHEN", default_value = "auto", global = true, help_heading = "Global options")]
+    #[arg(
+        long,
+        value_name = "WHEN",
+        default_value = "auto",
+        global = true,
+        help_heading = "Global options"
+    )]
     pub color: ColorChoice,
     /// Write a Chrome trace (chrome://tracing, ui.perfetto.dev) to FILE
-    #[arg(long, value_name = "FILE", global = true, help_heading = "Global options")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        global = true,
+        help_heading = "Global options"
+    )]
     pub trace: Option<PathBuf>,
     /// How log lines on stderr look
-    #[arg(long, value_name = "FORMAT", default_value = "text", global = true, help_heading = "Global options")]
+    #[arg(
+        long,
+        value_name = "FORMAT",
+        default_value = "text",
+        global = true,
+        help_heading = "Global options"
+    )]
     pub log_format: LogFormat,
 }
 

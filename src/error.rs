@@ -61,7 +61,11 @@ impl Error {
             ),
             Error::Pipeline(_) => false,
         };
-        if bad_input { ErrorKind::BadInput } else { ErrorKind::Failed }
+        if bad_input {
+            ErrorKind::BadInput
+        } else {
+            ErrorKind::Failed
+        }
     }
 }
 

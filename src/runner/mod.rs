@@ -6,6 +6,7 @@
 
 mod build;
 mod error;
+mod estimate;
 pub mod files;
 mod folder;
 mod potential;
@@ -16,9 +17,10 @@ mod track;
 
 pub use build::{build_engine, pipeline_params};
 pub use error::RunnerError;
+pub use estimate::estimated_bytes;
 pub use folder::{Existing, RunFolder, is_run, seed_folder_name};
 pub use potential::{GraphPotential, potential_of_graph};
-pub use records::{SeedRecords, write_matrix};
+pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
-pub use track::{TrackReport, TrackUpdate, track};
+pub use track::{TrackReport, TrackUpdate, track, track_sizes};

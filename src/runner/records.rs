@@ -10,7 +10,7 @@
 //! | `eigenvectors.npy` | state × eigenvector, orthonormal columns, eigenvalues ascending |
 
 use super::error::RunnerError;
-use super::files::{Table, write_atomically, write_npy};
+use super::files::{Table, read_npy, write_atomically, write_npy};
 use crate::engine::{EpisodeRecord, RefreshRecord};
 use crate::env::StepStatus;
 use faer::MatRef;
@@ -208,4 +208,29 @@ fn status_name(status: StepStatus) -> &'static str {
         StepStatus::Terminated => "terminated",
         StepStatus::Truncated => "truncated",
     }
+}
+
+/// φ of every state of a finished seed, with the state's place (`row,col`) or name.
+///
+/// # Errors
+/// If the folder does not hold a finished seed.
+pub fn read_potential(folder: &Path) -> Result<Vec<(String, f64)>, RunnerError> {
+    let damaged = |path: &Path, message: String| RunnerError::Damaged {
+        path: path.to_owned(),
+        message,
+    };
+    let values_path = folder.join("potential.npy");
+    let (_, values) = read_npy(&values_path).map_err(|e| damaged(&values_path, e.to_string()))?;
+    let path = folder.join("states.csv");
+    let mut reader = csv::Reader::from_path(&path).map_err(|e| damaged(&path, e.to_string()))?;
+    let mut labels = Vec::with_capacity(values.len());
+    for row in reader.records() {
+        let row = row.map_err(|e| damaged(&path, e.to_string()))?;
+        labels.push(row.iter().skip(1).collect::<Vec<_>>().join(","));
+    }
+    if labels.len() < values.len() {
+        let message = format!("{} states, but {} potentials", labels.len(), values.len());
+        return Err(damaged(&path, message));
+    }
+    Ok(labels.into_iter().zip(values).collect())
 }

@@ -10,11 +10,11 @@ use crate::error::Error;
 use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
 use crate::scenario::{Scenario, World};
-use crate::telemetry::EventLog;
+use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use tracing::info_span;
+use tracing::{info_span, trace_span};
 
 /// How often the event file is brought up to date.
 const FLUSH_EVERY: Duration = Duration::from_secs(2);
@@ -88,11 +88,16 @@ where
     let events = events.map_err(RunnerError::write(&events_path))?;
     let mut engine = build_engine(scenario, world, seed);
 
-    let span = info_span!("run", scenario = scenario.name, seed, log = events.number());
+    let span = info_span!(telemetry::RUN, scenario = scenario.name, seed, log = events.number());
     let played = span.in_scope(|| {
-        play(&mut engine, scenario.run.episodes, &mut tally, &mut records, watch, || {
-            events.flush().map_err(RunnerError::write(&events_path))
-        })
+        play(
+            &mut engine,
+            scenario.run.episodes,
+            &mut tally,
+            &mut records,
+            watch,
+            || events.flush().map_err(RunnerError::write(&events_path)),
+        )
     });
     drop(span); // its line is the last one of the event file
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
@@ -103,10 +108,16 @@ where
     logged?;
 
     let graph = engine.pipeline().graph();
-    let labels = (0..graph.transitions().num_states()).map(|s| label(graph.state(StateId(s as u32))));
+    let labels =
+        (0..graph.transitions().num_states()).map(|s| label(graph.state(StateId(s as u32))));
     let pairs = engine.pipeline().spectrum().eigenpairs();
     let vectors = pairs.map(|pairs| pairs.vectors.as_ref());
-    records.finish(engine.pipeline().potential().values(), vectors, columns, labels)?;
+    records.finish(
+        engine.pipeline().potential().values(),
+        vectors,
+        columns,
+        labels,
+    )?;
     Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))
 }
 
@@ -123,6 +134,8 @@ fn play<E: Model>(
     while tally.lengths.len() < episodes && !watch.stop.load(Ordering::Relaxed) {
         let begun = Instant::now();
         let mut written = Ok(());
+        let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
+        let _in_episode = span.enter();
         let record = engine.run_episode(|refresh| {
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());

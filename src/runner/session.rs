@@ -63,7 +63,11 @@ enum RunStatus {
 ///
 /// # Errors
 /// If the folder cannot be used, a file cannot be written, or the run fails.
-pub fn run(loaded: &Loaded, request: &RunRequest, watch: &mut Watch<'_>) -> Result<RunReport, Error> {
+pub fn run(
+    loaded: &Loaded,
+    request: &RunRequest,
+    watch: &mut Watch<'_>,
+) -> Result<RunReport, Error> {
     let scenario = &loaded.scenario;
     let folder = RunFolder::open(request.out.as_deref(), &scenario.name, request.existing)?;
     let session = Session { folder, scenario };

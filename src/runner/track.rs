@@ -69,7 +69,7 @@ pub fn track(
     let mut functions = ProtoValueFunctions::new(params.clone(), seed);
     let mut updates = Vec::new();
     let mut total_seconds = 0.0;
-    for nodes in sizes(n, growth) {
+    for nodes in track_sizes(n, growth) {
         let graph = prefix(adjacency, nodes);
         let begun = Instant::now();
         let refresh = functions.refresh(&graph)?;
@@ -101,8 +101,8 @@ fn summarise(refresh: SpectrumRefresh, seconds: f64) -> TrackUpdate {
     }
 }
 
-/// 64, then `growth` more each time (at least one), then n.
-fn sizes(n: usize, growth: f64) -> Vec<usize> {
+/// How many nodes the graph of n nodes has at each update: 64, then `growth` more each time (at least one), then n.
+pub fn track_sizes(n: usize, growth: f64) -> Vec<usize> {
     let mut sizes = Vec::new();
     let mut nodes = FIRST.min(n);
     while nodes < n {
@@ -125,7 +125,9 @@ fn prefix(adjacency: &Csr, nodes: usize) -> Csr {
     let (mut columns, mut weights) = (Vec::new(), Vec::new());
     offsets.push(0);
     for row in adjacency.outer_iterator().take(nodes) {
-        let kept = row.indices().partition_point(|&column| (column as usize) < nodes);
+        let kept = row
+            .indices()
+            .partition_point(|&column| (column as usize) < nodes);
         columns.extend_from_slice(&row.indices()[..kept]);
         weights.extend_from_slice(&row.data()[..kept]);
         offsets.push(columns.len() as u32);
@@ -152,11 +154,11 @@ mod tests {
 
     #[test]
     fn sizes_grow_from_64_to_the_whole() {
-        assert_eq!(sizes(5, 0.05), [5]);
-        assert_eq!(sizes(64, 0.05), [64]);
-        assert_eq!(sizes(75, 0.05), [64, 67, 70, 74, 75]);
-        assert_eq!(sizes(66, 1e-9), [64, 65, 66]);
-        assert_eq!(sizes(0, 0.5), [0; 0]);
+        assert_eq!(track_sizes(5, 0.05), [5]);
+        assert_eq!(track_sizes(64, 0.05), [64]);
+        assert_eq!(track_sizes(75, 0.05), [64, 67, 70, 74, 75]);
+        assert_eq!(track_sizes(66, 1e-9), [64, 65, 66]);
+        assert_eq!(track_sizes(0, 0.5), [0; 0]);
     }
 
     #[test]

@@ -198,7 +198,10 @@ impl EnvParams {
             ("file", self.file.is_some()),
         ];
         let own = self.kind.own_keys();
-        for (key, _) in given.iter().filter(|(key, given)| *given && !own.contains(key)) {
+        for (key, _) in given
+            .iter()
+            .filter(|(key, given)| *given && !own.contains(key))
+        {
             return Err(self.stray(key));
         }
         match self.kind {
@@ -253,7 +256,9 @@ impl EnvParams {
             && !self.starts_anywhere()
         {
             let at = placement("env.start", start)?;
-            layout = layout.with_start(at).map_err(|e| place_rule("env.start", &e))?;
+            layout = layout
+                .with_start(at)
+                .map_err(|e| place_rule("env.start", &e))?;
         }
         if let Some(goals) = &self.goals {
             layout.goals.clear();
@@ -284,9 +289,10 @@ impl EnvParams {
                 let fill = self.fill.unwrap_or_default();
                 Layout::caves(rows, cols, fill, self.rounds.unwrap_or_default(), &mut rng)
             }
-            EnvKind::Ascii | EnvKind::EdgeList => {
-                Layout::from_ascii(self.map.as_deref().unwrap_or_default(), &self.digit_rewards()?)
-            }
+            EnvKind::Ascii | EnvKind::EdgeList => Layout::from_ascii(
+                self.map.as_deref().unwrap_or_default(),
+                &self.digit_rewards()?,
+            ),
         }
     }
 
@@ -347,7 +353,10 @@ fn fill<T>(slot: &mut Option<T>, default: T) {
 }
 
 fn missing(key: &str, kind: EnvKind) -> BrokenRule {
-    BrokenRule::new(key, format!("{key} is missing: kind = \"{}\" needs it", kind.name()))
+    BrokenRule::new(
+        key,
+        format!("{key} is missing: kind = \"{}\" needs it", kind.name()),
+    )
 }
 
 fn place_rule(key: &str, error: &EnvError) -> BrokenRule {
@@ -376,5 +385,8 @@ fn placement(key: &str, place: &Place) -> Result<Placement, BrokenRule> {
         Some(near) => format!("did you mean \"{near}\"?"),
         None => format!("it is one of {}, or [row, column]", names.join(", ")),
     };
-    Err(BrokenRule::new(key, format!("\"{name}\" is no place on a map; {hint}")))
+    Err(BrokenRule::new(
+        key,
+        format!("\"{name}\" is no place on a map; {hint}"),
+    ))
 }

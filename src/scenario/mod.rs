@@ -118,12 +118,10 @@ impl Scenario {
         let document = Document::new(path, text, sets)?;
         let mut scenario: Scenario = document.deserialize()?;
         scenario.complete(path);
-        scenario
-            .validate()
-            .map_err(|broken| ScenarioError::Rule {
-                place: document.place_of(&broken.key),
-                message: broken.message,
-            })?;
+        scenario.validate().map_err(|broken| ScenarioError::Rule {
+            place: document.place_of(&broken.key),
+            message: broken.message,
+        })?;
         Ok(Loaded {
             scenario,
             text: document.text().to_owned(),
@@ -164,7 +162,10 @@ impl Scenario {
         if !is_name {
             return Err(BrokenRule::new(
                 "name",
-                format!("name = {:?} names a folder: use letters, digits, -, _ and .", self.name),
+                format!(
+                    "name = {:?} names a folder: use letters, digits, -, _ and .",
+                    self.name
+                ),
             ));
         }
         self.env.validate()?;
@@ -175,7 +176,10 @@ impl Scenario {
         in_section("agent", self.agent.validate())?;
         in_section("schedule", self.schedule.validate())?;
         if self.run.episodes == 0 {
-            return Err(BrokenRule::new("run.episodes", "run.episodes must be at least 1"));
+            return Err(BrokenRule::new(
+                "run.episodes",
+                "run.episodes must be at least 1",
+            ));
         }
         self.world(0).map(drop)
     }

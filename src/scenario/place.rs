@@ -122,11 +122,17 @@ impl<'de> Deserialize<'de> for MaxSteps {
             fn visit_i64<E: de::Error>(self, steps: i64) -> Result<MaxSteps, E> {
                 let invalid = || E::invalid_value(de::Unexpected::Signed(steps), &self);
                 let steps = usize::try_from(steps).map_err(|_| invalid())?;
-                if steps == 0 { Err(invalid()) } else { Ok(MaxSteps::Steps(steps)) }
+                if steps == 0 {
+                    Err(invalid())
+                } else {
+                    Ok(MaxSteps::Steps(steps))
+                }
             }
             fn visit_u64<E: de::Error>(self, steps: u64) -> Result<MaxSteps, E> {
-                let invalid = || E::invalid_value(de::Unexpected::Unsigned(steps), &self);
-                self.visit_i64(i64::try_from(steps).map_err(|_| invalid())?)
+                match i64::try_from(steps) {
+                    Ok(steps) => self.visit_i64(steps),
+                    Err(_) => Err(E::invalid_value(de::Unexpected::Unsigned(steps), &self)),
+                }
             }
         }
         deserializer.deserialize_any(MaxStepsVisitor)
@@ -156,13 +162,21 @@ mod tests {
 
     #[test]
     fn nonsense_is_told_what_was_expected() {
-        let message = |text| toml::from_str::<Both>(text).unwrap_err().message().to_owned();
+        let message = |text: &str| {
+            toml::from_str::<Both>(text)
+                .unwrap_err()
+                .message()
+                .to_owned()
+        };
         assert!(message("start = 3\nmax_steps = 1").contains("expected a place"));
         assert!(message("start = [1, 2, 3]\nmax_steps = 1").contains("expected a place"));
         assert!(message("start = [1, -2]\nmax_steps = 1").contains("-2"));
         for steps in ["0", "-4", "\"automatic\"", "1.5"] {
             let text = format!("start = \"center\"\nmax_steps = {steps}");
-            assert!(message(&text).contains("\"auto\" or a whole number"), "{text}");
+            assert!(
+                message(&text).contains("\"auto\" or a whole number"),
+                "{text}"
+            );
         }
     }
 }

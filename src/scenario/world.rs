@@ -1,9 +1,9 @@
 //! From the section `[env]` to a world one can act in.
 
+use super::Scenario;
 use super::env::{EnvKind, EnvParams};
 use super::error::BrokenRule;
 use super::place::Place;
-use super::Scenario;
 use crate::env::{
     EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
 };

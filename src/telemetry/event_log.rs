@@ -128,7 +128,10 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for EventLogLayer {
         let Some(span) = ctx.span(id) else { return };
         let mut fields = Fields::default();
         attributes.record(&mut fields);
-        let own = fields.0.get("log").and_then(Value::as_u64);
+        let own = fields
+            .0
+            .shift_remove("log")
+            .and_then(|number| number.as_u64());
         let sink = match own {
             Some(number) => locked(&self.shared.open).get(&number).cloned(),
             None => span.parent().and_then(|parent| {
@@ -188,18 +191,20 @@ struct Line {
     fields: Map<String, Value>,
 }
 
-/// An event without a name of its own is named by its message.
+/// An event without a name of its own is named by its message; a message that repeats the name is left out.
 fn line(metadata: &Metadata<'_>, mut fields: Map<String, Value>) -> Line {
+    let mut name = Value::from(metadata.name());
     let unnamed = metadata.is_event() && metadata.name().starts_with("event ");
-    let message = if unnamed {
-        fields.remove("message")
-    } else {
-        None
-    };
+    if let Some(message) = fields.get("message").cloned()
+        && (unnamed || message == name)
+    {
+        fields.shift_remove("message");
+        name = message;
+    }
     Line {
         time: jiff::Timestamp::now().to_string(),
         level: metadata.level().as_str(),
-        name: message.unwrap_or_else(|| metadata.name().into()),
+        name,
         fields,
     }
 }

@@ -5,21 +5,18 @@
 //! - profilers: a Chrome trace for `chrome://tracing` or Perfetto ([`Options::chrome_trace`]).
 //!
 //! # Glossary
-//! | span | covers | fields |
-//! |---|---|---|
-//! | [`RUN`] | one seed of a scenario | `scenario`, `seed`, `log` |
-//! | [`EPISODE`] | one episode | `episode` |
-//! | [`SPECTRUM_REFRESH`] | bringing the eigenvectors up to date | `step`, `nodes`, `edges`, `converged`, `applications`, `max_relative_residual` |
-//! | [`GCN_FIT`] | fitting the potential | `step`, `nodes`, `loss` |
-//!
-//! | event | says | fields |
-//! |---|---|---|
-//! | [`GRAPH_GROWTH`] | states and edges discovered since the last one | `step`, `nodes`, `edges` |
-//! | [`FIRST_GOAL`] | the first rewarding end of an episode | `step`, `nodes` |
-//! | [`CHECKPOINT`] | what was done so far is on disk | `step` |
+//! | name | kind | says | fields |
+//! |---|---|---|---|
+//! | [`RUN`] | span | one seed of a scenario, from first to last step | `scenario`, `seed` |
+//! | [`EPISODE`] | span | one episode; only in Chrome traces and with `-vvv` | `episode` |
+//! | [`GRAPH_GROWTH`] | event | the graph at a refresh | `step`, `nodes`, `edges` |
+//! | [`SPECTRUM_REFRESH`] | event | the eigenvectors are up to date | `step`, `nodes`, `edges`, `converged`, `applications`, `max_relative_residual` |
+//! | [`GCN_FIT`] | event | the potential is fitted | `step`, `nodes`, `loss`, `epochs` |
+//! | [`FIRST_GOAL`] | event | the first rewarding end of an episode | `step`, `nodes` |
 //!
 //! `step` counts environment steps from the beginning of the run, `edges` undirected edges, `applications` columns
-//! multiplied by the Laplacian, `elapsed_ms` (added when a span closes) wall milliseconds.
+//! multiplied by the Laplacian. `elapsed_ms`, wall milliseconds, stands in the lines of spans that have closed and of
+//! events that tell the end of some work.
 
 mod event_log;
 mod stderr;
@@ -41,16 +38,14 @@ use tracing_subscriber::{Layer, fmt};
 pub const RUN: &str = "run";
 /// Span: one episode.
 pub const EPISODE: &str = "episode";
-/// Span: bringing the eigenvectors up to date.
-pub const SPECTRUM_REFRESH: &str = "spectrum_refresh";
-/// Span: fitting the potential.
-pub const GCN_FIT: &str = "gcn_fit";
 /// Event: the graph has grown.
 pub const GRAPH_GROWTH: &str = "graph_growth";
+/// Event: the eigenvectors are up to date.
+pub const SPECTRUM_REFRESH: &str = "spectrum_refresh";
+/// Event: the potential is fitted.
+pub const GCN_FIT: &str = "gcn_fit";
 /// Event: a goal was reached for the first time.
 pub const FIRST_GOAL: &str = "first_goal";
-/// Event: the work so far is on disk.
-pub const CHECKPOINT: &str = "checkpoint";
 
 /// How lines on stderr look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,0 +1,105 @@
+//! `eigentrail check`
+
+use super::{Ending, print};
+use crate::cli;
+use anyhow::Result;
+use comfy_table::{Table, presets};
+use eigentrail::error::Error;
+use eigentrail::report::grouped;
+use eigentrail::runner::estimated_bytes;
+use eigentrail::scenario::{Scenario, World};
+
+pub fn check(args: &cli::Check) -> Result<Ending> {
+    let loaded =
+        Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
+    if args.resolved {
+        print(&loaded.scenario.to_toml())?;
+    } else {
+        print(&summary(&loaded.scenario))?;
+    }
+    Ok(Ending::Done)
+}
+
+/// What the scenario amounts to.
+fn summary(scenario: &Scenario) -> String {
+    let world = scenario.world(scenario.run.seed);
+    let world = world.expect("the scenario was checked when it was loaded");
+    let (states, reachable) = world.num_states();
+    let optimum = world.optimum();
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_header(["scenario", &scenario.name]);
+    table.add_rows([
+        ["world", &describe(scenario, &world)],
+        [
+            "states",
+            &format!(
+                "{}, {} of them reachable",
+                grouped(states as u64),
+                grouped(reachable as u64)
+            ),
+        ],
+        ["actions", &world.num_actions().to_string()],
+        [
+            "step limit of an episode",
+            &grouped(world.max_steps() as u64),
+        ],
+        [
+            "optimal episode",
+            &format!(
+                "{:.6} steps, return {:.6}",
+                Short(optimum.expected_steps),
+                Short(optimum.expected_return)
+            ),
+        ],
+        ["agent", &kind_of(scenario, "agent", "kind")],
+        ["potential", &kind_of(scenario, "shaping", "potential")],
+        ["exploration", &kind_of(scenario, "exploration", "kind")],
+        ["eigenpairs", &scenario.spectral.num_eigenpairs.to_string()],
+        ["episodes", &grouped(scenario.run.episodes as u64)],
+        [
+            "memory, about",
+            &megabytes(estimated_bytes(scenario, reachable, world.num_actions())),
+        ],
+    ]);
+    table.trim_fmt()
+}
+
+fn describe(scenario: &Scenario, world: &World) -> String {
+    match world {
+        World::Grid(world) => {
+            let layout = world.layout();
+            format!(
+                "{}, {} × {} cells",
+                scenario.env.kind.name(),
+                layout.rows(),
+                layout.cols()
+            )
+        }
+        World::Listed(..) => scenario.env.kind.name().to_owned(),
+    }
+}
+
+/// The word in the resolved scenario.
+fn kind_of(scenario: &Scenario, section: &str, key: &str) -> String {
+    let table = toml::Table::try_from(scenario).unwrap_or_default();
+    let word = table.get(section).and_then(|s| s.get(key));
+    word.and_then(|w| w.as_str()).unwrap_or_default().to_owned()
+}
+
+/// A number with at most as many decimals as asked for, and none that are 0.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = format!("{:.*}", f.precision().unwrap_or(3), self.0);
+        f.write_str(digits.trim_end_matches('0').trim_end_matches('.'))
+    }
+}
+
+fn megabytes(bytes: u64) -> String {
+    match bytes.div_ceil(1_000_000) {
+        1 => "1 MB".to_owned(),
+        megabytes => format!("{} MB", grouped(megabytes)),
+    }
+}

@@ -1,0 +1,80 @@
+//! `eigentrail schema | list | new | completions | man`: what the program says of itself.
+
+use super::{BadInput, Ending, print};
+use crate::cli::{Cli, New};
+use anyhow::Result;
+use clap::CommandFactory;
+use clap_complete::Shell;
+use eigentrail::scenario::{Scenario, shipped, template};
+use serde_json::Value;
+
+pub fn schema() -> Result<Ending> {
+    print(&serde_json::to_string_pretty(&Scenario::json_schema())?)?;
+    Ok(Ending::Done)
+}
+
+pub fn list() -> Result<Ending> {
+    let mut text = String::from("scenarios\n");
+    for scenario in shipped() {
+        text += &format!("  {:<14} {}\n", scenario.name, scenario.shows());
+    }
+    let schema = Scenario::json_schema();
+    for (section, key) in [
+        ("env", "kind"),
+        ("shaping", "potential"),
+        ("exploration", "kind"),
+        ("agent", "kind"),
+        ("agent", "update"),
+        ("agent", "features"),
+    ] {
+        text += &format!("{section}.{key}\n");
+        for (word, about) in choices(&schema, section, key) {
+            text += &format!("  {word:<16} {about}\n");
+        }
+    }
+    print(&text)?;
+    Ok(Ending::Done)
+}
+
+/// The words that a key may have, with the first line of what they mean.
+fn choices(schema: &Value, section: &str, key: &str) -> Vec<(String, String)> {
+    let section = resolve(schema, &schema["properties"][section]);
+    let key = resolve(schema, &section["properties"][key]);
+    let alternatives = key["oneOf"].as_array().into_iter().flatten();
+    alternatives
+        .filter_map(|choice| {
+            let word = choice["const"].as_str()?;
+            let about = choice["description"].as_str().unwrap_or_default();
+            let first = about.lines().next().unwrap_or_default();
+            Some((word.to_owned(), first.to_owned()))
+        })
+        .collect()
+}
+
+fn resolve<'a>(schema: &'a Value, value: &'a Value) -> &'a Value {
+    let pointer = value["$ref"].as_str().and_then(|r| r.strip_prefix('#'));
+    pointer.and_then(|p| schema.pointer(p)).unwrap_or(value)
+}
+
+pub fn new(args: &New) -> Result<Ending> {
+    let text = template(&args.name);
+    // What is printed must be a scenario; only the name can spoil it.
+    let path = std::path::Path::new("scenario.toml");
+    Scenario::parse(path, text.clone(), &[]).map_err(|error| BadInput(error.to_string()))?;
+    print(&text)?;
+    Ok(Ending::Done)
+}
+
+pub fn completions(shell: Shell) -> Result<Ending> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "eigentrail", &mut script);
+    print(&String::from_utf8_lossy(&script))?;
+    Ok(Ending::Done)
+}
+
+pub fn man() -> Result<Ending> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+    print(&String::from_utf8_lossy(&page))?;
+    Ok(Ending::Done)
+}

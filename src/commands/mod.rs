@@ -1,0 +1,133 @@
+//! What each subcommand does: from the command line to the library, and its results to stdout.
+
+mod check;
+mod info;
+mod potential;
+mod progress;
+mod run;
+mod show;
+mod track;
+
+use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
+use anyhow::{Context, Result};
+use eigentrail::telemetry::{self, Telemetry};
+use std::io::{self, IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::level_filters::LevelFilter;
+
+/// How a command ended that did not fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// As asked.
+    Done,
+    /// Under `--strict`, with something that did not converge.
+    NotConverged,
+    /// By Ctrl-C, with what was done until then on disk.
+    Interrupted,
+}
+
+/// A file that the caller named, and that the program cannot use.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct BadInput(pub String);
+
+/// Marks errors of writing to stdout.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to stdout")]
+pub struct Stdout;
+
+/// Does what the command line asks.
+pub fn execute(cli: Cli) -> Result<Ending> {
+    let telemetry = install(&cli.global)?;
+    if let Some(threads) = cli.global.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .context("cannot start the threads")?;
+    }
+    match &cli.command {
+        Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
+        Command::Check(args) => check::check(args),
+        Command::Show(args) => show::show(args),
+        Command::Track(args) => {
+            track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
+        }
+        Command::Potential(args) => potential::potential(args),
+        Command::Schema => info::schema(),
+        Command::List => info::list(),
+        Command::New(args) => info::new(args),
+        Command::Completions { shell } => info::completions(*shell),
+        Command::Man => info::man(),
+    }
+}
+
+fn install(global: &Global) -> Result<Telemetry> {
+    let level = match i16::from(global.verbose) - i16::from(global.quiet) {
+        ..=-2 => LevelFilter::OFF,
+        -1 => LevelFilter::ERROR,
+        0 => LevelFilter::WARN,
+        1 => LevelFilter::INFO,
+        2 => LevelFilter::DEBUG,
+        3.. => LevelFilter::TRACE,
+    };
+    let options = telemetry::Options {
+        level,
+        format: match global.log_format {
+            LogFormat::Text => telemetry::LogFormat::Text,
+            LogFormat::Json => telemetry::LogFormat::Json,
+        },
+        color: match global.color {
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => io::stderr().is_terminal() && !no_color(),
+        },
+        chrome_trace: global.trace.clone(),
+    };
+    telemetry::install(&options).map_err(|error| match &global.trace {
+        Some(path) => BadInput(format!(
+            "{}: cannot write the trace: {error}",
+            path.display()
+        ))
+        .into(),
+        None => error.into(),
+    })
+}
+
+/// <https://no-color.org>: set and not empty.
+fn no_color() -> bool {
+    std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+}
+
+/// Whether progress may be drawn.
+fn bars(global: &Global) -> bool {
+    global.quiet == 0
+}
+
+/// Prints a result, with a final newline.
+fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    let end = if text.ends_with('\n') { "" } else { "\n" };
+    write!(out, "{text}{end}")
+        .and_then(|()| out.flush())
+        .context(Stdout)
+}
+
+/// Prints a result as one line of JSON.
+fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    print(&serde_json::to_string(value)?)
+}
+
+/// A flag that Ctrl-C sets; the second Ctrl-C ends the program at once.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(crate::INTERRUPTED));
+        }
+        eprintln!("interrupted: ending after this episode (once more to end at once)");
+    })
+    .context("cannot listen for Ctrl-C")?;
+    Ok(stop)
+}

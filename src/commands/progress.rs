@@ -1,0 +1,68 @@
+//! How far along: a bar on a terminal, elsewhere a line every ten seconds.
+
+use eigentrail::telemetry::Telemetry;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::{Duration, Instant};
+
+/// Between two lines where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// Progress of a known number of things.
+pub struct Progress {
+    what: &'static str,
+    bar: Option<ProgressBar>,
+    lines: bool,
+    said: Instant,
+    done: u64,
+    total: u64,
+}
+
+impl Progress {
+    /// Progress of `total` `what`; silent unless `shown`.
+    pub fn new(telemetry: &Telemetry, shown: bool, what: &'static str, total: u64) -> Self {
+        let terminal = stderr().is_terminal();
+        let bar = (shown && terminal).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+            let template = "{wide_bar} {pos}/{len} {msg} {elapsed}";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_message(what);
+            telemetry.bars.add(bar)
+        });
+        Self {
+            what,
+            bar,
+            lines: shown && !terminal,
+            said: Instant::now(),
+            done: 0,
+            total,
+        }
+    }
+
+    /// One more is done; `detail` says something about it.
+    pub fn step(&mut self, detail: impl FnOnce() -> String) {
+        self.done += 1;
+        if let Some(bar) = &self.bar {
+            bar.inc(1);
+        } else if self.lines && self.said.elapsed() >= LINE_EVERY {
+            self.said = Instant::now();
+            eprintln!(
+                "{} of {} {}, {}",
+                self.done,
+                self.total,
+                self.what,
+                detail()
+            );
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! `eigentrail show`
+
+use super::{BadInput, Ending, print};
+use crate::cli;
+use anyhow::{Result, bail};
+use eigentrail::env::layouts::{Cell, Layout};
+use eigentrail::error::Error;
+use eigentrail::report::{Charset, draw_map, draw_values, grouped};
+use eigentrail::runner::{is_run, read_potential};
+use eigentrail::scenario::{Scenario, World};
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+pub fn show(args: &cli::Show) -> Result<Ending> {
+    let loaded =
+        Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
+    let scenario = &loaded.scenario;
+    let world = scenario.world(scenario.run.seed);
+    let world = world.expect("the scenario was checked when it was loaded");
+    let charset = if args.ascii {
+        Charset::Ascii
+    } else {
+        Charset::Blocks
+    };
+    let text = match (&world, &args.potential) {
+        (World::Grid(map), None) => draw_map(map.layout(), charset) + &facts(&world),
+        (World::Grid(map), Some(run)) => potential(map.layout(), &seed_folder(run)?, charset)?,
+        (World::Listed(_, names), None) => {
+            format!("states: {}\n{}", names.join(", "), facts(&world))
+        }
+        (World::Listed(..), Some(run)) => listed_potential(&seed_folder(run)?)?,
+    };
+    print(&text)?;
+    Ok(Ending::Done)
+}
+
+/// Size and distance below the map.
+fn facts(world: &World) -> String {
+    let (states, reachable) = world.num_states();
+    let size = match world {
+        World::Grid(map) => format!("{} × {} cells, ", map.layout().rows(), map.layout().cols()),
+        World::Listed(..) => String::new(),
+    };
+    let starts = match world {
+        World::Grid(map) if map.params().random_start => "random start, ".to_owned(),
+        _ => String::new(),
+    };
+    format!(
+        "{size}{} states, {} reachable, {starts}optimal episode {:.1} steps\n",
+        grouped(states as u64),
+        grouped(reachable as u64),
+        world.optimum().expected_steps
+    )
+}
+
+/// The map, shaded by φ.
+fn potential(layout: &Layout, folder: &Path, charset: Charset) -> Result<String> {
+    let rows = read_potential(folder).map_err(Error::from)?;
+    let mut phi: HashMap<Cell, f64> = HashMap::new();
+    for (label, value) in &rows {
+        let place = label
+            .split_once(',')
+            .and_then(|(row, col)| layout.cell(row.parse().ok()?, col.parse().ok()?));
+        match place {
+            Some(cell) => phi.insert(cell, *value),
+            None => bail!(BadInput(format!(
+                "{}: the run is of another world: state {label} is not on this map",
+                folder.display()
+            ))),
+        };
+    }
+    let values = || phi.values().copied();
+    let (low, high) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let (first, last) = match charset {
+        Charset::Blocks => ('▁', '█'),
+        Charset::Ascii => ('0', '9'),
+    };
+    let map = draw_values(layout, |cell| phi.get(&cell).copied(), charset);
+    Ok(format!(
+        "{map}φ from {low:.2} ({first}) to {high:.2} ({last}), {} states\n",
+        phi.len()
+    ))
+}
+
+fn listed_potential(folder: &Path) -> Result<String> {
+    let rows = read_potential(folder).map_err(Error::from)?;
+    Ok(rows
+        .iter()
+        .map(|(name, phi)| format!("{phi:10.3}  {name}\n"))
+        .collect())
+}
+
+/// The seed folder that `run` is, or the first one in it.
+fn seed_folder(run: &Path) -> Result<PathBuf> {
+    if run.join("potential.npy").is_file() {
+        return Ok(run.to_owned());
+    }
+    let entries = fs::read_dir(run).into_iter().flatten().flatten();
+    let seeds = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.join("potential.npy").is_file());
+    match seeds.min() {
+        Some(folder) => Ok(folder),
+        None if is_run(run) => bail!(BadInput(format!(
+            "{}: no seed of this run has ended yet",
+            run.display()
+        ))),
+        None => bail!(BadInput(format!("{}: not a run folder", run.display()))),
+    }
+}
