@@ -192,7 +192,9 @@ pub enum EnvError {
     },
     /// Probabilities outside [0, 1], or not summing to 1.
     #[error(
-        "state {state}, action {action}: the probabilities must lie in [0, 1] and sum to 1 (they sum to {sum}) {
+        "state {state}, action {action}: the probabilities must lie in [0, 1] and sum to 1 (they sum to {sum})"
+    )]
+    Probabilities {
         /// The state left.
         state: usize,
         /// The action taken.
