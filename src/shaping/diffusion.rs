@@ -151,10 +151,12 @@ impl<'c> Diffusion<'c> {
         if far == 0.0 {
             return q + lowest - near.ln();
         }
-        // a, with u_i = e^{−v_i} the old one; v_i = ∞ gives a = ∞ and nothing is carried along.
+        // a, with u_i = e^{−v_i} the old one; v_i = ∞ gives a = ∞ and nothing is carried along. An old v_i far below
+        // its neighbours gives a = 0 by underflow: then all of it, nothing, is carried along.
         let away = far * (v[i] - lowest - q).exp();
         let carried = away.min(self.carry);
-        q + lowest - (near + far * (1.0 - carried / away)).ln() + (-carried).ln_1p()
+        let left = if away > carried { 1.0 - carried / away } else { 0.0 };
+        q + lowest - (near + far * left).ln() + (-carried).ln_1p()
     }
 
     /// The Bellman residual max_i |v_i − (q_i − ln Σ_j P_ij e^{−v_j})|. O(nnz).
@@ -221,6 +223,19 @@ mod tests {
     use proptest::prelude::*;
 
     const TOL: f64 = 1e-10;
+
+    #[test]
+    fn a_start_far_below_the_solution_stays_finite() {
+        let path = path(2000);
+        let chain = chain(&path, &[0]);
+        let q = vec![3.0; chain.len()];
+        let mut v = vec![0.0; chain.len()];
+        let diffusion = Diffusion::new(&chain);
+        for _ in 0..4 {
+            diffusion.sweep(&q, &mut v);
+            assert!(v.iter().all(|v| v.is_finite()), "NaN after a sweep");
+        }
+    }
 
     fn solve(chain: &Chain, q: &[f64], terminal: &[f64]) -> (Vec<f64>, SolveReport) {
         let mut diffusion = Diffusion::new(chain);
