@@ -114,11 +114,7 @@ fn diffusion(criterion: &mut Criterion) {
         );
         let gradient = vec![1.0; chain.len()];
         group.bench_function(id("adjoint"), |b| {
-            b.iter(|| {
-                Adjoint::default()
-                    .solve(&diffusion, &v, &gradient, TOL, 1000)
-                    .1
-            });
+            b.iter(|| Adjoint::default().solve(&diffusion, &gradient, TOL, 1000).1);
         });
     }
     group.finish();

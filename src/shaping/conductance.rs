@@ -203,9 +203,8 @@ impl<'a> Training<'a> {
     fn evaluate(&mut self, z: MatRef<'_, f64>, epoch: usize) -> Result<f64, GcnError> {
         let z: Vec<f64> = (0..z.nrows()).map(|i| z[(i, 0)]).collect();
         self.set_costs(&z);
-        for _ in 0..SWEEPS_PER_EPOCH {
-            self.diffusion.sweep(&self.q, &mut self.v);
-        }
+        self.diffusion
+            .sweeps(&self.q, &mut self.v, SWEEPS_PER_EPOCH);
         let fit = self.fit_loss();
         let smoothness = self.smoothness.evaluate(&z, 1, &mut self.z_gradient);
         let weight = self.shaping.cost_smoothness;
@@ -258,7 +257,6 @@ impl<'a> Training<'a> {
     fn add_fit_gradient(&mut self, z: &[f64]) {
         let (lambda, _) = self.adjoint.solve(
             &self.diffusion,
-            &self.v,
             &self.v_gradient,
             ADJOINT_TOL,
             SWEEPS_PER_EPOCH,
