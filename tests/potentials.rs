@@ -174,7 +174,7 @@ impl World {
     }
 
     fn chain(&self) -> Chain {
-        self.with(|inputs| Terrain::observed(inputs)).unwrap().chain
+        self.with(Terrain::observed).unwrap().chain
     }
 }
 
