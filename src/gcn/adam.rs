@@ -128,26 +128,19 @@ mod tests {
     }
 
     #[test]
-    fn the_state_survives_json_and_goes_on_the_same() {
+    fn the_state_survives_json() {
         let mut gcn = network();
         let mut adam = Adam::new(&gcn, 0.01);
-        // Dyadic numbers, which any JSON reader returns exactly.
-        let mut gradient = gcn.parameters().zeros_like();
-        gradient.slices_mut().flatten().for_each(|g| *g = 0.5);
+        let gradient = gcn.parameters().clone();
         adam.step(&mut gcn, &gradient);
-        let json = serde_json::to_string(&(&gcn, &adam)).unwrap();
-        let (gcn_back, adam_back): (Gcn, Adam) = serde_json::from_str(&json).unwrap();
-        assert_eq!(adam_back.steps(), 1);
-        let distance = gcn
-            .parameters()
-            .slices()
-            .flatten()
-            .zip(gcn_back.parameters().slices().flatten())
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        // serde_json's fast reader may be off by one unit in the last place.
-        assert!(distance < 1e-15);
-        assert!(adam_back.check(&gcn_back).is_ok());
+        let json = serde_json::to_string(&adam).unwrap();
+        let back: Adam = serde_json::from_str(&json).unwrap();
+        assert_eq!((back.steps(), back.check(&gcn)), (1, Ok(())));
+        // Without its feature `float_roundtrip` serde_json may miss the last bit.
+        let moments = adam.first_moment.slices().flatten();
+        for (a, b) in moments.zip(back.first_moment.slices().flatten()) {
+            assert!((a - b).abs() <= f64::EPSILON * a.abs());
+        }
     }
 
     #[test]

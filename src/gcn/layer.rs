@@ -8,9 +8,9 @@
 //! ```
 
 use super::GcnError;
+use super::dense::multiply;
 use super::rows::{view, view_mut};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatRef, Par};
+use faer::{Accum, MatMut, MatRef};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -113,7 +113,7 @@ impl GraphConv {
     /// `y` ← X W for the rows of `x`; `y` row-major.
     pub(super) fn project(&self, x: MatRef<'_, f64>, y: &mut [f64]) {
         let y = view_mut(y, self.outputs);
-        matmul(y, Accum::Replace, x, self.weight(), 1.0, Par::Seq);
+        multiply(y, Accum::Replace, x, self.weight());
     }
 
     /// `y` += b on every row.
@@ -128,16 +128,14 @@ impl GraphConv {
     /// `x` ← P Wᵀ for the row-major rows `p`.
     pub(super) fn pull_back(&self, p: &[f64], x: &mut [f64]) {
         let (p, x) = (view(p, self.outputs), view_mut(x, self.inputs));
-        let transposed = self.weight().transpose();
-        matmul(x, Accum::Replace, p, transposed, 1.0, Par::Seq);
+        multiply(x, Accum::Replace, p, self.weight().transpose());
     }
 
     /// On a gradient: ∂W += Xᵀ P for the rows of `x` and the row-major rows `p`.
     pub(super) fn accumulate_weight(&mut self, x: MatRef<'_, f64>, p: &[f64]) {
         let p = view(p, self.outputs);
-        let weight =
-            faer::MatMut::from_row_major_slice_mut(&mut self.weight, self.inputs, self.outputs);
-        matmul(weight, Accum::Add, x.transpose(), p, 1.0, Par::Seq);
+        let weight = MatMut::from_row_major_slice_mut(&mut self.weight, self.inputs, self.outputs);
+        multiply(weight, Accum::Add, x.transpose(), p);
     }
 
     /// On a gradient: ∂b += column sums of the row-major rows `g`, if the layer has a bias.

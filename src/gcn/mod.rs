@@ -43,6 +43,7 @@
 //! ```
 
 mod adam;
+mod dense;
 mod error;
 mod fit;
 mod layer;

@@ -42,12 +42,18 @@ pub(super) fn view_mut(values: &mut [f64], columns: usize) -> MatMut<'_, f64> {
     MatMut::from_row_major_slice_mut(values, rows, columns)
 }
 
-/// Copies `x` (any strides) to the row-major `rows`. Block by block: a column-major source read in one sweep
-/// would touch every cache line of the target once per column.
+/// Copies `x` (any strides) to the row-major `rows`. Block by block unless rows lie ready: a column-major source
+/// read in one sweep would touch every cache line of the target once per column.
 pub(super) fn pack(x: MatRef<'_, f64>, rows: &mut [f64]) {
     let columns = x.ncols();
     assert_eq!(rows.len(), x.nrows() * columns, "rows of the wrong length");
     if columns == 0 {
+        return;
+    }
+    if let Some(by_rows) = x.transpose().try_as_col_major() {
+        for (target, source) in rows.chunks_exact_mut(columns).zip(by_rows.col_iter()) {
+            target.copy_from_slice(source.as_slice());
+        }
         return;
     }
     for (block, chunk) in rows.chunks_mut(BLOCK_ROWS * columns).enumerate() {

@@ -127,16 +127,17 @@ impl Row<'_> {
             values[start..start + W].try_into().expect("W entries")
         };
         let own = at(i);
-        let (mut sums, mut energy) = ([0.0; W], 0.0);
+        let (mut sums, mut energies) = ([0.0; W], [0.0; W]);
         for (&j, &weight) in self.neighbors.iter().zip(self.weights) {
-            for ((sum, own), other) in sums.iter_mut().zip(own).zip(at(j as usize)) {
-                let difference = own - other;
-                *sum += weight * difference;
-                energy += weight * difference * difference;
+            let other = at(j as usize);
+            for k in 0..W {
+                let difference = own[k] - other[k];
+                sums[k] += weight * difference;
+                energies[k] += weight * difference * difference;
             }
         }
         target[first..first + W].copy_from_slice(&sums);
-        energy
+        energies.iter().sum()
     }
 }
 
