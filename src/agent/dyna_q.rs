@@ -4,11 +4,11 @@
 //! follow from (s, a). After each step the pair just taken is backed up first, then the pairs whose value is most out of
 //! date: if max_b Q(s, b) moved by Δ, a pair that leads to s with probability P̂ waits with priority γ P̂ |Δ|.
 
-use super::greedy::{action, choose, first_best};
-use super::model::EmpiricalModel;
-use super::params::{
+use super::checks::{
     AgentError, check_epsilon, check_finite, check_gamma, check_positive, check_rate,
 };
+use super::greedy::{action, choose, first_best};
+use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};

@@ -8,6 +8,7 @@
 //! that no product is ever taken; and [`ProtoValueFeatures`](super::ProtoValueFeatures), where x(s) are the
 //! state's entries of the low eigenvectors.
 
+use super::policy::clamp;
 use crate::env::Action;
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,19 @@ pub trait LinearFeatures {
     /// # Panics
     /// As [`LinearFeatures::value`].
     fn step(&self, weights: &mut [f64], state: StateId, action: Action, change: f64);
+
+    /// Moves f(state, ·) by `change(action)` for every action as [`LinearFeatures::step`] does, but no further than to
+    /// ±`bound`; what was beyond is brought back to it.
+    ///
+    /// # Panics
+    /// As [`LinearFeatures::value`].
+    fn step_within(
+        &self,
+        weights: &mut [f64],
+        state: StateId,
+        bound: f64,
+        change: impl Fn(usize) -> f64,
+    );
 
     /// A new matrix of state features, n × k; every function in `functions` is re-expressed in it.
     fn set_features(&mut self, _features: faer::MatRef<'_, f64>, _functions: [&mut Vec<f64>; 2]) {}
@@ -92,6 +106,20 @@ impl LinearFeatures for Tabular {
     #[inline]
     fn step(&self, weights: &mut [f64], state: StateId, action: Action, change: f64) {
         weights[self.place(state, action)] += change;
+    }
+
+    #[inline]
+    fn step_within(
+        &self,
+        weights: &mut [f64],
+        state: StateId,
+        bound: f64,
+        change: impl Fn(usize) -> f64,
+    ) {
+        let row = &mut weights[state.index() * self.num_actions..][..self.num_actions];
+        row.iter_mut()
+            .enumerate()
+            .for_each(|(a, value)| *value = clamp(*value + change(a), bound));
     }
 
     fn knows(&self, weights: &[f64], state: StateId) -> bool {

@@ -26,6 +26,8 @@
 
 mod actor_critic;
 mod any;
+mod behaviour;
+mod checks;
 mod dyna_q;
 mod features;
 mod greedy;
@@ -43,9 +45,10 @@ mod table;
 
 pub use actor_critic::{ActorCritic, ActorCriticParams};
 pub use any::{AnyAgent, build_agent};
+pub use checks::AgentError;
 pub use dyna_q::{DynaQ, DynaQParams};
 pub use features::{LinearFeatures, Tabular};
-pub use params::{AgentError, AgentKind, AgentParams, Bootstrap, FeatureKind, UpdateRule};
+pub use params::{AgentKind, AgentParams, Bootstrap, FeatureKind, UpdateRule};
 pub use planner::{Planner, PlannerParams};
 pub use policy_iteration::{PolicyIteration, PolicyIterationParams};
 pub use pvf::ProtoValueFeatures;
@@ -128,5 +131,7 @@ pub trait Agent {
 
     /// The action it holds best at `state` by what it has learnt, without advice and chance (the first of equals);
     /// `None` where it has no opinion. For maps and arrows, not for acting.
-    fn greedy_action(&self, state: StateId) -> Option<Action>;
+    fn greedy_action(&self, _state: StateId) -> Option<Action> {
+        None
+    }
 }

@@ -3,6 +3,7 @@
 //! Keys that the chosen kind does not use are ignored, so that one scenario can be run with several kinds side by
 //! side. A key left out takes the default of its kind; [`AgentParams::resolved`] writes those in.
 
+use super::checks::{AgentError, check_gamma};
 use super::{
     ActorCriticParams, DynaQParams, PlannerParams, PolicyIterationParams, QLearningParams,
     SarsaParams,
@@ -88,7 +89,7 @@ pub struct AgentParams {
     pub critic_learning_rate: Option<f64>,
     /// actor-critic: preferences stay within ± this.
     pub preference_clip: f64,
-    /// actor-critic and sarsa: how the value of s′ is estimated. Default: expected; algorithm-1 and -2: sampled.
+    /// actor-critic and sarsa: how the value of s′ is estimated. Default: actor-critic sampled, sarsa expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
     /// q-learning, sarsa, dyna-q, policy-iteration: chance of a random action. Default: sarsa and policy-iteration
@@ -155,6 +156,9 @@ impl AgentParams {
     }
 
     /// The same with the defaults of its kind written in, as far as the kind uses them.
+    ///
+    /// To try another kind on the same table, change the table as it was before: its unset keys then take the
+    /// defaults of the new kind.
     pub fn resolved(&self) -> AgentParams {
         let mut resolved = self.clone();
         match self.kind {
@@ -257,71 +261,6 @@ impl AgentParams {
     }
 }
 
-/// What can be wrong with an agent's parameters.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum AgentError {
-    /// A number outside its range.
-    #[error("agent.{key} is {value}, but must be {rule}")]
-    OutOfRange {
-        /// The key in the `[agent]` table.
-        key: &'static str,
-        /// What stands there.
-        value: f64,
-        /// The rule it breaks.
-        rule: &'static str,
-    },
-}
-
-/// `Ok` if `holds`.
-pub(crate) fn check(
-    key: &'static str,
-    value: f64,
-    holds: bool,
-    rule: &'static str,
-) -> Result<(), AgentError> {
-    if holds {
-        Ok(())
-    } else {
-        Err(AgentError::OutOfRange { key, value, rule })
-    }
-}
-
-pub(crate) fn check_gamma(gamma: f64) -> Result<(), AgentError> {
-    check(
-        "gamma",
-        gamma,
-        (0.0..=1.0).contains(&gamma),
-        "within 0 and 1",
-    )
-}
-
-pub(crate) fn check_rate(rate: f64) -> Result<(), AgentError> {
-    check(
-        "critic_learning_rate",
-        rate,
-        rate > 0.0 && rate <= 1.0,
-        "above 0 and at most 1",
-    )
-}
-
-pub(crate) fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
-    check(
-        "epsilon",
-        epsilon,
-        (0.0..=1.0).contains(&epsilon),
-        "within 0 and 1",
-    )
-}
-
-pub(crate) fn check_finite(key: &'static str, value: f64) -> Result<(), AgentError> {
-    check(key, value, value.is_finite(), "a finite number")
-}
-
-pub(crate) fn check_positive(key: &'static str, value: usize) -> Result<(), AgentError> {
-    check(key, value as f64, value > 0, "at least 1")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -403,8 +342,11 @@ mod tests {
             let resolved = params.resolved();
             assert!(resolved.critic_learning_rate.is_some(), "{text}");
             assert_eq!(resolved, resolved.resolved());
-            assert_eq!(resolved.actor_critic(), params.actor_critic());
-            assert_eq!(resolved.sarsa(), params.sarsa());
+            match params.kind {
+                AgentKind::Sarsa => assert_eq!(resolved.sarsa(), params.sarsa()),
+                AgentKind::DynaQ => assert_eq!(resolved.dyna_q(), params.dyna_q()),
+                _ => assert_eq!(resolved.actor_critic(), params.actor_critic()),
+            }
         }
     }
 

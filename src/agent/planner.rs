@@ -14,13 +14,13 @@
 //!
 //! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
 
+use super::checks::{AgentError, check, check_finite, check_gamma, check_positive};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
-use super::params::{AgentError, check, check_finite, check_gamma, check_positive};
 use super::sweep::SweepQueue;
 use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
-use crate::env::Action;
+use crate::env::{Action, StepStatus};
 use crate::graph::StateId;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -28,8 +28,9 @@ use serde::{Deserialize, Serialize};
 
 /// κ: cost of a step in plans besides its reward.
 const STEP_COST: f64 = 1e-6;
-/// Changes below this are not passed on; well below κ, so that ties stay settled.
-const NEGLIGIBLE: f64 = 1e-9;
+/// Changes below this share of the cheapest step's cost are not passed on. Where nothing is left to chance, changes are
+/// whole steps and plans exact; under slip values are good to about this share of their size.
+const NEGLIGIBLE: f64 = 1e-3;
 /// The floor, in longest simple paths: room for slip to make a path ten times as long.
 const FLOOR_PATHS: f64 = 10.0;
 
@@ -86,6 +87,8 @@ pub struct Planner {
     queue: SweepQueue,
     /// Largest and smallest reward seen.
     rewards: Option<(f64, f64)>,
+    /// Smallest |reward| of a step that did not end the task.
+    cheapest_step: Option<f64>,
     /// Room for one number per action.
     buffer: Vec<f64>,
     /// As many zeros.
@@ -105,6 +108,7 @@ impl Planner {
             values: Vec::new(),
             queue: SweepQueue::default(),
             rewards: None,
+            cheapest_step: None,
             buffer: vec![0.0; num_actions],
             no_advice: vec![0.0; num_actions],
             rng: stream(seed, Stream::Agent),
@@ -136,6 +140,11 @@ impl Planner {
         -FLOOR_PATHS * cost * (self.values.len() + 1) as f64
     }
 
+    /// Changes up to this are not passed on, and values this close count as equal.
+    fn tolerance(&self) -> f64 {
+        NEGLIGIBLE * (self.cheapest_step.unwrap_or(0.0) + STEP_COST)
+    }
+
     fn grow_to(&mut self, state: StateId) {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
@@ -163,7 +172,7 @@ impl Planner {
             .fold(f64::NEG_INFINITY, f64::max);
         let value = value.max(self.floor());
         let change = value - std::mem::replace(&mut self.values[state.index()], value);
-        if change.abs() > NEGLIGIBLE && !self.model.is_terminal(state) {
+        if change.abs() > self.tolerance() && !self.model.is_terminal(state) {
             self.pass_on(state, change.abs());
         }
         change
@@ -179,8 +188,15 @@ impl Planner {
         }
     }
 
-    /// Widens the range of rewards; every value may depend on U, which goes by it.
-    fn note_reward(&mut self, reward: f64) {
+    /// Notes the range of rewards; every value may depend on U, which goes by it.
+    fn note_reward(&mut self, reward: f64, status: StepStatus) {
+        if status != StepStatus::Terminated {
+            let cheapest = self
+                .cheapest_step
+                .unwrap_or(f64::INFINITY)
+                .min(reward.abs());
+            self.cheapest_step = cheapest.is_finite().then_some(cheapest);
+        }
         let (largest, smallest) = self.rewards.unwrap_or((reward, reward));
         let before = self.rewards.map(|_| self.optimistic_value());
         self.rewards = Some((largest.max(reward), smallest.min(reward)));
@@ -199,11 +215,12 @@ impl Agent for Planner {
             *value = self.action_value(situation.state, action(a));
         }
         let best = largest(&buffer);
+        let tolerance = self.tolerance();
         for value in buffer
             .iter_mut()
-            .filter(|value| **value >= best - NEGLIGIBLE)
+            .filter(|value| **value >= best - tolerance)
         {
-            *value = best; // equal but for rounding
+            *value = best;
         }
         self.buffer = buffer;
         choose(&self.buffer, &self.no_advice, 0.0, &mut self.rng)
@@ -212,7 +229,7 @@ impl Agent for Planner {
     fn update(&mut self, experience: &Experience<'_>) -> UpdateInfo {
         let (state, next) = (experience.state, experience.next.state);
         self.grow_to(StateId(state.0.max(next.0)));
-        self.note_reward(experience.reward);
+        self.note_reward(experience.reward, experience.status);
         if self.model.record(experience) {
             self.pass_on(next, self.values[next.index()].abs().max(1.0));
         }

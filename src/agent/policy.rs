@@ -17,6 +17,7 @@ use rand::{Rng, RngExt};
 ///
 /// # Panics
 /// If the three slices differ in length.
+#[inline]
 pub fn softmax(preferences: &[f64], advice: &[f64], clip: f64, probabilities: &mut [f64]) {
     assert_eq!(
         preferences.len(),
@@ -31,7 +32,7 @@ pub fn softmax(preferences: &[f64], advice: &[f64], clip: f64, probabilities: &m
     let mut largest = f64::NEG_INFINITY;
     for ((logit, &preference), &advice) in probabilities.iter_mut().zip(preferences).zip(advice) {
         *logit = clamp(preference, clip) + advice;
-        largest = largest.max(*logit);
+        largest = if *logit > largest { *logit } else { largest };
     }
     let mut total = 0.0;
     for p in probabilities.iter_mut() {
@@ -42,30 +43,35 @@ pub fn softmax(preferences: &[f64], advice: &[f64], clip: f64, probabilities: &m
     probabilities.iter_mut().for_each(|p| *p *= scale);
 }
 
-/// `preference` moved into ±`clip`; unlike [`f64::clamp`] without a panic for odd bounds.
+/// `preference` moved into ±`clip`; NaN stays NaN.
+#[inline]
 pub(crate) fn clamp(preference: f64, clip: f64) -> f64 {
-    preference.max(-clip).min(clip)
+    if preference > clip {
+        clip
+    } else if preference < -clip {
+        -clip
+    } else {
+        preference
+    }
 }
 
 /// The action that `uniform` in [0, 1) falls on when the unit interval is cut into pieces of the given lengths.
 ///
 /// Where rounding leaves the pieces short of 1, the rest belongs to the last action that has a chance at all.
+#[inline]
 pub fn action_at(probabilities: &[f64], uniform: f64) -> usize {
-    let mut left = uniform;
-    let mut last_possible = 0;
-    for (action, &p) in probabilities.iter().enumerate() {
-        if left < p {
-            return action;
-        }
-        left -= p;
-        if p > 0.0 {
-            last_possible = action;
-        }
+    let (mut action, mut last_possible) = (0, 0);
+    let mut end = 0.0;
+    for (a, &p) in probabilities.iter().enumerate() {
+        end += p;
+        action += usize::from(uniform >= end); // no branch: it would be mispredicted every other time
+        last_possible = if p > 0.0 { a } else { last_possible };
     }
-    last_possible
+    action.min(last_possible)
 }
 
 /// Draws an action from one uniform number.
+#[inline]
 pub fn sample(probabilities: &[f64], rng: &mut impl Rng) -> usize {
     action_at(probabilities, rng.random::<f64>())
 }

@@ -14,9 +14,9 @@
 //! It plans at the end of each episode and every `plan_every` steps. In between only the state just left is backed up,
 //! so that the agent does not turn in circles among states that it has used up. It acts ε-greedily on Q + advice.
 
+use super::checks::{AgentError, check_epsilon, check_finite, check_gamma, check_positive};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
-use super::params::{AgentError, check_epsilon, check_finite, check_gamma, check_positive};
 use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
@@ -25,8 +25,8 @@ use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Evaluation is over when no value changes by more.
-const NEGLIGIBLE: f64 = 1e-9;
+/// Evaluation is over when no value changes by more, and nothing better by less is an improvement.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Improvements of one plan; a handful is usual, circles of gain (see above) would never end.
 const MAX_IMPROVEMENTS: usize = 100;
 

@@ -19,6 +19,8 @@
 //! the rest settles the directions that they leave open.
 
 use super::features::LinearFeatures;
+use super::greedy::action;
+use super::policy::clamp;
 use crate::env::Action;
 use crate::graph::StateId;
 use faer::linalg::matmul::matmul;
@@ -162,6 +164,20 @@ impl LinearFeatures for ProtoValueFeatures {
                     .for_each(|(j, &x)| weights[j * width + a] += change * x);
             }
             None => weights[self.num_features * width + a] += change,
+        }
+    }
+
+    fn step_within(
+        &self,
+        weights: &mut [f64],
+        state: StateId,
+        bound: f64,
+        change: impl Fn(usize) -> f64,
+    ) {
+        for a in 0..self.num_actions {
+            let value = self.value(weights, state, action(a));
+            let target = clamp(value + change(a), bound);
+            self.step(weights, state, action(a), target - value);
         }
     }
 

@@ -7,8 +7,8 @@
 //! With α = 1 it is real-time search on what was seen, and the yardstick to beat in deterministic worlds; under slip
 //! choose α below 1.
 
+use super::checks::{AgentError, check_epsilon, check_finite, check_gamma, check_rate};
 use super::greedy::{choose, first_best};
-use super::params::{AgentError, check_epsilon, check_finite, check_gamma, check_rate};
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;

@@ -3,7 +3,6 @@
 use super::greedy::action;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
-use crate::graph::StateId;
 use crate::seeds::{Stream, stream};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -37,9 +36,5 @@ impl Agent for RandomAgent {
 
     fn update(&mut self, _experience: &Experience<'_>) -> UpdateInfo {
         UpdateInfo::default()
-    }
-
-    fn greedy_action(&self, _state: StateId) -> Option<Action> {
-        None
     }
 }

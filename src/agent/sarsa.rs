@@ -3,8 +3,9 @@
 //! Q(s, a) ← Q(s, a) + α [R′ + γ Q(s′, a′) − Q(s, a)] with a′ drawn from the ε-greedy policy at s′ and taken next, or
 //! with Σ_b π(b|s′) Q(s′, b) in its place. Advice bends π in both.
 
+use super::checks::{AgentError, check_epsilon, check_finite, check_gamma, check_rate};
 use super::greedy::{choose, expectation, first_best};
-use super::params::{AgentError, Bootstrap, check_epsilon, check_finite, check_gamma, check_rate};
+use super::params::Bootstrap;
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;

@@ -1,7 +1,7 @@
 //! The explorer: where to look before the first goal, what is still worth a look after it.
 //!
 //! **Before the first goal** it advises the way to the nearest promising untried action; one whose outcome is
-//! predicted to be a known state is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
+//! plain, because it undoes a step, is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
 //! goal and L = d*(start), an untried action a of s is tried only if the best that it could lead to is an
 //! improvement: d₀(s) + 1 + h < L, where h is d* of the predicted state if there is one, else the lower bound of
 //! dead reckoning, else 0 (with which this is the optimism of R-max). When nothing is left to try, the advice is
@@ -260,8 +260,8 @@ impl FrontierView for QuestView<'_> {
         let prediction = self.displacements.predict(self.graph, state, action);
         if self.quest == Quest::FirstGoal {
             return match prediction {
-                Prediction::Undo(_) | Prediction::Known(_) => Interest::LastResort,
-                Prediction::Fresh | Prediction::Unknown => Interest::Promising,
+                Prediction::Undo(_) => Interest::LastResort,
+                _ => Interest::Promising,
             };
         }
         let through = self.from_start.get(state).saturating_add(self.optimistic_steps(state, action, prediction));

@@ -71,9 +71,9 @@ impl Default for ExplorationParams {
         Self {
             kind: ExplorationKind::Frontier,
             frontier_advice: 6.0,
-            potential_advice: 5.0,
+            potential_advice: 10.0,
             optimism: Optimism::SeenGoals,
-            search_share: 0.02,
+            search_share: 0.005,
             bonus: 1.0,
         }
     }

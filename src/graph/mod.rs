@@ -1,15 +1,56 @@
 //! The graph of visited states, growing while the agent explores.
+//!
+//! A state gets its number when it is first seen (0, 1, 2, …), is never renumbered and never removed, so growth only
+//! appends. Three layers, each usable without the one above it:
+//!
+//! | type | is | knows |
+//! |---|---|---|
+//! | [`StateGraph<S>`] | state ↔ [`StateId`] | what a state looks like |
+//! | [`TransitionGraph`] | the directed multigraph of tried transitions | actions, counts, rewards |
+//! | [`Adjacency`] | the symmetric weights w(i, j) = w(j, i) > 0 | nothing but numbers |
+//!
+//! The spectral part sees only the last one, as a compact [`Csr`]. A step (s, a) → s′ with s ≠ s′ becomes the
+//! undirected edge {s, s′} of weight 1, whichever way it was taken; a bump (s = s′) is counted as a transition but is
+//! no edge. Several components, isolated nodes and self-loops are legal everywhere.
+//!
+//! ```
+//! use eigentrail::{env::Action, graph::StateGraph};
+//!
+//! let mut graph = StateGraph::new(2);
+//! let (home, _) = graph.intern(&"home");
+//! let (shop, is_new) = graph.intern(&"shop");
+//! assert!(is_new);
+//! assert!(graph.record(home, Action(0), -1.0, shop, false));
+//! assert_eq!(graph.transitions().likely_successor(home, Action(0)), Some(shop));
+//! assert_eq!(graph.transitions().adjacency().degree(0), 1.0);
+//! ```
 
 pub mod adjacency;
+pub mod connectivity;
+pub mod dot;
+pub mod error;
+pub mod export;
+pub mod graphml;
+pub mod growth;
+pub mod matrix_market;
+mod slack_rows;
 pub mod state_graph;
 pub mod transition_graph;
 
 pub use adjacency::{Adjacency, Csr};
+pub use connectivity::{Components, HopSearch, Links};
+pub use error::GraphError;
+pub use export::NodeAttributes;
+pub use growth::{Growth, Revision};
+pub use matrix_market::MatrixMarketError;
 pub use state_graph::StateGraph;
-pub use transition_graph::{Outcome, TransitionGraph};
+pub use transition_graph::{Outcome, TransitionGraph, TransitionStats};
+
+use serde::{Deserialize, Serialize};
 
 /// The number of a state in order of discovery, from 0. Never renumbered, never removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct StateId(pub u32);
 
 impl StateId {

@@ -1,0 +1,66 @@
+//! The rules that parameters of learners obey, and the error that names the one that is broken.
+
+/// What can be wrong with an agent's parameters.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AgentError {
+    /// A number outside its range.
+    #[error("agent.{key} is {value}, but must be {rule}")]
+    OutOfRange {
+        /// The key in the `[agent]` table.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+        /// The rule it breaks.
+        rule: &'static str,
+    },
+}
+
+/// `Ok` if `holds`.
+pub(crate) fn check(
+    key: &'static str,
+    value: f64,
+    holds: bool,
+    rule: &'static str,
+) -> Result<(), AgentError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(AgentError::OutOfRange { key, value, rule })
+    }
+}
+
+pub(crate) fn check_gamma(gamma: f64) -> Result<(), AgentError> {
+    check(
+        "gamma",
+        gamma,
+        (0.0..=1.0).contains(&gamma),
+        "within 0 and 1",
+    )
+}
+
+pub(crate) fn check_rate(rate: f64) -> Result<(), AgentError> {
+    check(
+        "critic_learning_rate",
+        rate,
+        rate > 0.0 && rate <= 1.0,
+        "above 0 and at most 1",
+    )
+}
+
+pub(crate) fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
+    check(
+        "epsilon",
+        epsilon,
+        (0.0..=1.0).contains(&epsilon),
+        "within 0 and 1",
+    )
+}
+
+pub(crate) fn check_finite(key: &'static str, value: f64) -> Result<(), AgentError> {
+    check(key, value, value.is_finite(), "a finite number")
+}
+
+pub(crate) fn check_positive(key: &'static str, value: usize) -> Result<(), AgentError> {
+    check(key, value as f64, value > 0, "at least 1")
+}

@@ -1,0 +1,254 @@
+//! How far, and whether at all: hops and connected components.
+//!
+//! hops(v) = the least number of links on a way to v from the nearest source, by breadth-first search, O(n + nnz).
+//! What a link is comes from [`Links`]: the edges of an [`Adjacency`] or a [`Csr`]; the tried transitions as they were
+//! taken ([`Leaving`]); or those against their direction ([`Entering`]), so that hops from a goal are the number of
+//! steps **to** it, one-way passages respected.
+
+use super::{Adjacency, Csr, StateId, TransitionGraph};
+
+/// The hops of a node that no source reaches.
+pub const UNREACHED: u32 = u32::MAX;
+
+/// Something whose nodes `0..num_nodes` are linked.
+pub trait Links {
+    /// Number of nodes n.
+    fn num_nodes(&self) -> usize;
+
+    /// The nodes one link away from `node`, in an order that is always the same; repetitions and `node` itself are
+    /// allowed.
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32>;
+}
+
+impl Links for Adjacency {
+    fn num_nodes(&self) -> usize {
+        Adjacency::num_nodes(self)
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        self.neighbors(node).iter().copied()
+    }
+}
+
+impl Links for Csr {
+    fn num_nodes(&self) -> usize {
+        self.rows()
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        self.indices()[self.indptr().outer_inds_sz(node as usize)]
+            .iter()
+            .copied()
+    }
+}
+
+/// Tried transitions in the direction in which they were taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaving<'a>(pub &'a TransitionGraph);
+
+impl Links for Leaving<'_> {
+    fn num_nodes(&self) -> usize {
+        self.0.num_states()
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        self.0.outcomes(StateId(node)).map(|outcome| outcome.next.0)
+    }
+}
+
+/// Tried transitions against the direction in which they were taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Entering<'a>(pub &'a TransitionGraph);
+
+impl Links for Entering<'_> {
+    fn num_nodes(&self) -> usize {
+        self.0.num_states()
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        self.0
+            .predecessors(StateId(node))
+            .map(|previous| previous.0)
+    }
+}
+
+/// A breadth-first search and its buffers: the next search of a graph no larger allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub struct HopSearch {
+    hops: Vec<u32>,
+    reached: Vec<u32>,
+}
+
+impl HopSearch {
+    /// Empty buffers.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Hops of every node from the nearest of `sources`, [`UNREACHED`] where there is no way; n values. O(n + nnz).
+    ///
+    /// # Panics
+    /// If a source does not exist.
+    pub fn run(
+        &mut self,
+        links: &impl Links,
+        sources: impl IntoIterator<Item = StateId>,
+    ) -> &[u32] {
+        self.hops.clear();
+        self.hops.resize(links.num_nodes(), UNREACHED);
+        self.reached.clear();
+        for source in sources {
+            self.visit(source.0, 0);
+        }
+        let mut next = 0;
+        while let Some(&node) = self.reached.get(next) {
+            next += 1;
+            let hops = self.hops[node as usize] + 1;
+            links
+                .linked(node)
+                .for_each(|neighbor| self.visit(neighbor, hops));
+        }
+        &self.hops
+    }
+
+    fn visit(&mut self, node: u32, hops: u32) {
+        let known = &mut self.hops[node as usize];
+        if *known == UNREACHED {
+            *known = hops;
+            self.reached.push(node);
+        }
+    }
+
+    /// The result of the last [`Self::run`].
+    pub fn hops(&self) -> &[u32] {
+        &self.hops
+    }
+
+    /// The nodes that the last run reached, nearest first.
+    pub fn reached(&self) -> &[u32] {
+        &self.reached
+    }
+
+    /// The largest hops of any node reached: the eccentricity of the sources. 0 if there were no sources.
+    pub fn eccentricity(&self) -> u32 {
+        self.reached
+            .last()
+            .map_or(0, |&farthest| self.hops[farthest as usize])
+    }
+}
+
+/// Hops of every node from the nearest of `sources`; see [`HopSearch::run`], which reuses its buffers.
+///
+/// # Panics
+/// If a source does not exist.
+pub fn hops(links: &impl Links, sources: impl IntoIterator<Item = StateId>) -> Vec<u32> {
+    let mut search = HopSearch::new();
+    search.run(links, sources);
+    search.hops
+}
+
+/// The connected components of an undirected graph, numbered in the order of their first nodes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Components {
+    /// The component of each node, n values; node 0 is in component 0.
+    pub labels: Vec<u32>,
+    /// Number of nodes of each component, at least 1.
+    pub sizes: Vec<u32>,
+}
+
+impl Components {
+    /// Number of components; an isolated node is one.
+    pub fn count(&self) -> usize {
+        self.sizes.len()
+    }
+
+    /// Finds the components of `links` anew in the buffers of `self`. O(n + nnz).
+    ///
+    /// `links` must be symmetric ([`Adjacency`], [`Csr`]); in a directed graph the result means nothing.
+    pub fn update(&mut self, links: &impl Links) {
+        let Self { labels, sizes } = self;
+        labels.clear();
+        labels.resize(links.num_nodes(), UNREACHED);
+        sizes.clear();
+        let mut stack = Vec::new();
+        for first in 0..links.num_nodes() as u32 {
+            if labels[first as usize] != UNREACHED {
+                continue;
+            }
+            let label = sizes.len() as u32;
+            labels[first as usize] = label;
+            stack.push(first);
+            sizes.push(0);
+            while let Some(node) = stack.pop() {
+                sizes[label as usize] += 1;
+                for neighbor in links.linked(node) {
+                    if std::mem::replace(&mut labels[neighbor as usize], label) == UNREACHED {
+                        stack.push(neighbor);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The connected components of an undirected graph; see [`Components::update`].
+pub fn components(links: &impl Links) -> Components {
+    let mut components = Components::default();
+    components.update(links);
+    components
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::Action;
+
+    /// A cycle 0‥5, an isolated node 6 with a loop, an edge {7, 8}.
+    fn three_components() -> Adjacency {
+        let mut graph = Adjacency::with_nodes(9);
+        (0..6).for_each(|u| assert!(graph.add_edge(u, (u + 1) % 6, 1.0)));
+        graph.add_edge(6, 6, 1.0);
+        graph.add_edge(8, 7, 1.0);
+        graph
+    }
+
+    #[test]
+    fn hops_on_a_cycle_go_the_shorter_way() {
+        let graph = three_components();
+        let mut search = HopSearch::new();
+        let x = UNREACHED;
+        assert_eq!(
+            search.run(&graph, [StateId(1)]),
+            [1, 0, 1, 2, 3, 2, x, x, x]
+        );
+        assert_eq!((search.eccentricity(), search.reached().len()), (3, 6));
+        assert_eq!(
+            search.run(&graph.to_csr(), [StateId(1), StateId(5), StateId(1)]),
+            [1, 0, 1, 2, 1, 0, x, x, x]
+        );
+        assert_eq!(search.run(&graph, []), [x; 9]);
+        assert_eq!(search.eccentricity(), 0);
+    }
+
+    #[test]
+    fn components_are_numbered_by_their_first_node() {
+        let graph = three_components();
+        let found = components(&graph);
+        assert_eq!(found.labels, [0, 0, 0, 0, 0, 0, 1, 2, 2]);
+        assert_eq!(found.sizes, [6, 1, 2]);
+        assert_eq!(components(&graph.to_csr()), found);
+        assert_eq!(components(&Adjacency::new()).count(), 0);
+    }
+
+    #[test]
+    fn one_way_passages_count_in_their_direction() {
+        let mut graph = TransitionGraph::new(1);
+        let [a, b, c] = std::array::from_fn(|_| graph.add_state());
+        graph.record(a, Action(0), 0.0, b, false);
+        graph.record(b, Action(0), 0.0, c, false);
+        assert_eq!(hops(&Leaving(&graph), [a]), [0, 1, 2]);
+        assert_eq!(hops(&Entering(&graph), [a]), [0, UNREACHED, UNREACHED]);
+        assert_eq!(hops(&Entering(&graph), [c]), [2, 1, 0]);
+        assert_eq!(hops(graph.adjacency(), [c]), [2, 1, 0]);
+    }
+}

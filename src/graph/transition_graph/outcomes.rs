@@ -1,0 +1,88 @@
+//! What came of the tried actions: questions to the model, all answered from the edges at one state.
+
+use super::{TransitionGraph, TransitionStats, node, state_of};
+use crate::env::Action;
+use crate::graph::StateId;
+use petgraph::Direction;
+use petgraph::visit::EdgeRef;
+use std::cmp::Reverse;
+
+/// One tried (state, action) → next, with how often and with what reward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// The action that was taken.
+    pub action: Action,
+    /// The state it led to.
+    pub next: StateId,
+    /// How often, at least 1.
+    pub count: u32,
+    /// Sum of the rewards over those times.
+    pub reward_sum: f64,
+    /// Whether the episode terminated on arrival (ever).
+    pub terminal: bool,
+}
+
+impl TransitionGraph {
+    /// Outcomes seen from `state`, most recent edge first; O(out-degree), no allocation.
+    pub fn outcomes(&self, state: StateId) -> impl Iterator<Item = Outcome> + '_ {
+        self.digraph.edges(node(state)).map(|edge| {
+            let &TransitionStats {
+                action,
+                count,
+                reward_sum,
+                terminal,
+            } = edge.weight();
+            Outcome {
+                action,
+                next: state_of(edge.target()),
+                count,
+                reward_sum,
+                terminal,
+            }
+        })
+    }
+
+    /// Outcomes of one action, most recent edge first; O(out-degree), no allocation.
+    pub fn outcomes_of(
+        &self,
+        state: StateId,
+        action: Action,
+    ) -> impl Iterator<Item = Outcome> + '_ {
+        self.outcomes(state)
+            .filter(move |outcome| outcome.action == action)
+    }
+
+    /// Where (state, action) led most often, of equals the one seen first; `None` if it was never tried.
+    pub fn likely_successor(&self, state: StateId, action: Action) -> Option<StateId> {
+        self.digraph
+            .edges(node(state))
+            .filter(|edge| edge.weight().action == action)
+            .max_by_key(|edge| (edge.weight().count, Reverse(edge.id())))
+            .map(|edge| state_of(edge.target()))
+    }
+
+    /// r̂(s, a), the mean reward of (state, action); `None` if it was never tried. O(out-degree).
+    pub fn mean_reward(&self, state: StateId, action: Action) -> Option<f64> {
+        mean_reward(self.outcomes_of(state, action))
+    }
+
+    /// The mean reward of a step from `state`, over all its steps so far; `None` if there was none. O(out-degree).
+    pub fn mean_step_reward(&self, state: StateId) -> Option<f64> {
+        mean_reward(self.outcomes(state))
+    }
+
+    /// States from which `state` was entered, by one entry per transition seen: a state can come up more than once,
+    /// and `state` itself does if it bumps. O(in-degree), no allocation.
+    pub fn predecessors(&self, state: StateId) -> impl Iterator<Item = StateId> + '_ {
+        self.digraph
+            .neighbors_directed(node(state), Direction::Incoming)
+            .map(state_of)
+    }
+}
+
+fn mean_reward(outcomes: impl Iterator<Item = Outcome>) -> Option<f64> {
+    let (count, sum) = outcomes.fold((0.0, 0.0), |(count, sum), seen| {
+        (count + f64::from(seen.count), sum + seen.reward_sum)
+    });
+    (count > 0.0).then(|| sum / count)
+}
