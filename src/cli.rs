@@ -173,10 +173,10 @@ pub struct Track {
     #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one)]
     pub k: usize,
     /// How much the graph grows from one update to the next, as a share of its nodes
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive, allow_negative_numbers = true)]
     pub growth: f64,
     /// Largest residual accepted, relative to the largest eigenvalue kept
-    #[arg(long, value_name = "TOL", default_value_t = 1e-2, value_parser = positive)]
+    #[arg(long, value_name = "TOL", default_value_t = 1e-2, value_parser = positive, allow_negative_numbers = true)]
     pub tol: f64,
     /// How each update finds the pairs
     #[arg(long, value_name = "METHOD", default_value = "warm")]

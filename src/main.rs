@@ -23,10 +23,24 @@ fn main() -> ExitCode {
         Ok(commands::Ending::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", told(&error));
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// The error and its causes in one line; a cause that has been told already is not told again.
+fn told(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .fold(String::new(), |told, cause| {
+            match (told.is_empty(), told.contains(&cause)) {
+                (true, _) => cause,
+                (_, true) => told,
+                (_, false) => format!("{told}: {cause}"),
+            }
+        })
 }
 
 fn exit_code(error: &anyhow::Error) -> u8 {
