@@ -163,13 +163,15 @@ impl Explorer {
         None
     }
 
-    /// Looking for other goals starts at the start of an episode, so that the near ones are found first, and goes on
-    /// while its share of the steps lasts.
+    /// Looking for other goals may cost one best path, and `search_share` of the steps on top. It begins at the start
+    /// of an episode, so that near goals are found first, once there is enough for a trip as long as the best path.
     fn is_wanted(&self, quest: Quest, state: StateId) -> bool {
         match (quest, self.params.optimism) {
             (_, Optimism::None) => false,
             (Quest::OtherGoal, Optimism::SeenGoals) => {
-                (state == self.start || self.searching) && (self.search_steps as f64) < self.params.search_share * self.steps as f64
+                let trip = f64::from(self.to_goal.get(self.start));
+                let left = trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
+                if self.searching { left > 0.0 } else { state == self.start && left >= trip }
             }
             _ => true,
         }
