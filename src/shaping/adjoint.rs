@@ -34,26 +34,21 @@ impl Adjoint {
         self.lambda.clear();
     }
 
-    /// dℓ/dq by position, from dℓ/dv = `gradient` at the solution `v`: at most `max_sweeps` sweeps, until λ changes
-    /// by no more than `tol` times its largest entry. Returns λ and the sweeps it took. O(nnz) a sweep.
+    /// dℓ/dq by position, from dℓ/dv = `gradient` at the v that `diffusion` solved last: at most `max_sweeps` sweeps,
+    /// until λ changes by no more than `tol` times its largest entry. Returns λ and the sweeps it took. O(nnz) a sweep.
     ///
     /// # Panics
-    /// If `v` or `gradient` has not one entry per position.
+    /// If `gradient` has not one entry per position, or nothing was solved yet.
     pub fn solve(
         &mut self,
         diffusion: &Diffusion<'_>,
-        v: &[f64],
         gradient: &[f64],
         tol: f64,
         max_sweeps: usize,
     ) -> (&[f64], usize) {
         let chain = diffusion.chain();
-        assert_eq!(
-            (v.len(), gradient.len()),
-            (chain.len(), chain.len()),
-            "by position"
-        );
-        diffusion.controlled_walk(v, &mut self.weights);
+        assert_eq!(gradient.len(), chain.len(), "one entry per position");
+        diffusion.controlled_walk(&mut self.weights);
         self.lambda.resize(chain.len(), 0.0);
         let mut carry = diffusion.carry();
         self.set_carried(chain, carry);
@@ -124,11 +119,11 @@ mod tests {
 
     const STEP: f64 = 1e-5;
 
-    fn solve(chain: &Chain, q: &[f64]) -> Vec<f64> {
+    fn solve<'c>(chain: &'c Chain, q: &[f64]) -> (Diffusion<'c>, Vec<f64>) {
         let mut diffusion = Diffusion::new(chain);
         let mut v = diffusion.cold_start(&vec![0.0; chain.num_goals()]);
         assert!(diffusion.solve(q, &mut v, 1e-12).residual < 1e-11);
-        v
+        (diffusion, v)
     }
 
     /// ℓ = Σ g_i v_i, so that dℓ/dv = g, by central differences.
@@ -136,24 +131,20 @@ mod tests {
         let loss = |step: f64| -> f64 {
             let mut q = q.to_vec();
             q[i] += step;
-            solve(chain, &q).iter().zip(g).map(|(v, g)| v * g).sum()
+            solve(chain, &q).1.iter().zip(g).map(|(v, g)| v * g).sum()
         };
         (loss(STEP) - loss(-STEP)) / (2.0 * STEP)
     }
 
     fn assert_gradient_is_right(chain: &Chain, q: &[f64], g: &[f64]) {
-        let v = solve(chain, q);
+        let (diffusion, _) = solve(chain, q);
         let mut adjoint = Adjoint::default();
-        let (lambda, _) = adjoint.solve(&Diffusion::new(chain), &v, g, 1e-14, 10_000);
+        let (lambda, _) = adjoint.solve(&diffusion, g, 1e-14, 10_000);
         let largest = lambda.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
-        for i in chain.num_goals()..chain.len() {
+        for (i, found) in lambda.iter().enumerate().skip(chain.num_goals()) {
             let expected = finite_difference(chain, q, g, i);
-            let error = (lambda[i] - expected).abs() / largest.max(1e-3);
-            assert!(
-                error < 1e-6,
-                "position {i}: {} against {expected}",
-                lambda[i]
-            );
+            let error = (found - expected).abs() / largest.max(1e-3);
+            assert!(error < 1e-6, "position {i}: {found} against {expected}");
         }
     }
 
@@ -179,15 +170,14 @@ mod tests {
     fn a_long_path_takes_few_sweeps() {
         let chain = chain(&path(5_000), &[0]);
         let q = vec![0.7; chain.len()];
-        let v = solve(&chain, &q);
+        let (diffusion, _) = solve(&chain, &q);
         let mut g = vec![0.0; chain.len()];
         g[4_999] = 1.0;
         let mut adjoint = Adjoint::default();
-        let diffusion = Diffusion::new(&chain);
-        let (lambda, sweeps) = adjoint.solve(&diffusion, &v, &g, 1e-12, 100);
+        let (lambda, sweeps) = adjoint.solve(&diffusion, &g, 1e-12, 100);
         assert!(sweeps < 40, "{sweeps} sweeps");
         let mut weights = Vec::new();
-        diffusion.controlled_walk(&v, &mut weights);
+        diffusion.controlled_walk(&mut weights);
         let leaves = weights[chain.near_range(1).start];
         assert!(
             (lambda[1] * leaves - 1.0).abs() < 1e-9,
@@ -199,14 +189,13 @@ mod tests {
     #[test]
     fn a_warm_start_needs_no_further_sweeps() {
         let chain = chain(&grid(20, 20, &[]), &[0]);
-        let v = solve(&chain, &vec![0.7; chain.len()]);
+        let (diffusion, _) = solve(&chain, &vec![0.7; chain.len()]);
         let g = vec![1.0; chain.len()];
         let mut adjoint = Adjoint::default();
-        let diffusion = Diffusion::new(&chain);
-        assert!(adjoint.solve(&diffusion, &v, &g, 1e-9, 1000).1 > 3);
-        assert_eq!(adjoint.solve(&diffusion, &v, &g, 1e-8, 1000).1, 1);
+        assert!(adjoint.solve(&diffusion, &g, 1e-9, 1000).1 > 3);
+        assert_eq!(adjoint.solve(&diffusion, &g, 1e-8, 1000).1, 1);
         adjoint.reset();
-        assert!(adjoint.solve(&diffusion, &v, &g, 1e-9, 1000).1 > 3);
+        assert!(adjoint.solve(&diffusion, &g, 1e-9, 1000).1 > 3);
     }
 
     proptest! {

@@ -203,9 +203,8 @@ impl<'a> Training<'a> {
     fn evaluate(&mut self, z: MatRef<'_, f64>, epoch: usize) -> Result<f64, GcnError> {
         let z: Vec<f64> = (0..z.nrows()).map(|i| z[(i, 0)]).collect();
         self.set_costs(&z);
-        for _ in 0..SWEEPS_PER_EPOCH {
-            self.diffusion.sweep(&self.q, &mut self.v);
-        }
+        self.diffusion
+            .sweeps(&self.q, &mut self.v, SWEEPS_PER_EPOCH);
         let fit = self.fit_loss();
         let smoothness = self.smoothness.evaluate(&z, 1, &mut self.z_gradient);
         let weight = self.shaping.cost_smoothness;
@@ -258,7 +257,6 @@ impl<'a> Training<'a> {
     fn add_fit_gradient(&mut self, z: &[f64]) {
         let (lambda, _) = self.adjoint.solve(
             &self.diffusion,
-            &self.v,
             &self.v_gradient,
             ADJOINT_TOL,
             SWEEPS_PER_EPOCH,
@@ -284,5 +282,155 @@ impl<'a> Training<'a> {
             solve: Some(solve),
             ..checked
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::StateId;
+    use crate::shaping::fixtures::grid;
+    use crate::shaping::spurious_maxima;
+    use crate::shaping::successors::Successors;
+    use faer::Mat;
+
+    fn potential(params: ShapingParams) -> ConductancePotential {
+        ConductancePotential::new(params, GcnParams::default(), 3)
+    }
+
+    /// Calls `check` with a site on a 9 × 8 grid with two walls, goal in a corner.
+    fn on_grid(features: usize, check: impl FnOnce(&Site<'_>)) {
+        let adjacency = grid(9, 8, &[17, 18, 19, 44, 45]);
+        let terrain = Terrain::uniform(&Successors::undirected(&adjacency).unwrap(), &[StateId(0)]);
+        let features = Mat::from_fn(72, features, |i, c| {
+            ((i * (c + 2) * 37) % 29) as f64 / 14.0 - 1.0
+        });
+        let features = features.as_ref();
+        check(&Site {
+            terrain: &terrain,
+            adjacency: &adjacency,
+            features,
+            labels: &[],
+        });
+    }
+
+    /// The whole gradient with respect to z, against central differences.
+    #[test]
+    fn gradient_agrees_with_finite_differences() {
+        on_grid(3, |site| {
+            let shaping = ShapingParams::default();
+            let labels: Vec<usize> = (1..site.terrain.chain.len()).step_by(3).collect();
+            let mut training = Training::new(site, &shaping, labels);
+            // Some entries lie beyond the clip of 1.5.
+            let z: Vec<f64> = (0..72).map(|i| 1.7 * (i as f64 * 0.9).sin()).collect();
+            let mut settled = |z: &[f64]| {
+                let column = MatRef::from_column_major_slice(z, z.len(), 1);
+                let mut loss = 0.0;
+                (0..40).for_each(|_| loss = training.evaluate(column, 0).unwrap());
+                (loss, training.z_gradient.clone())
+            };
+            let (_, gradient) = settled(&z);
+            let largest = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+            for i in (0..72).filter(|i| (z[*i].abs() - 1.5).abs() > 1e-3) {
+                let mut shifted = |step: f64| {
+                    let mut z = z.clone();
+                    z[i] += step;
+                    settled(&z).0
+                };
+                let expected = (shifted(1e-5) - shifted(-1e-5)) / 2e-5;
+                let error = (gradient[i] - expected).abs() / largest;
+                assert!(error < 1e-6, "z_{i}: {} against {expected}", gradient[i]);
+            }
+        });
+    }
+
+    #[test]
+    fn training_lowers_the_loss_and_warm_fits_begin_where_it_ended() {
+        on_grid(8, |site| {
+            let mut model = potential(ShapingParams::default());
+            let cold = model.fit_site(site).unwrap().fit.unwrap();
+            assert_eq!(cold.epochs, 150);
+            assert!(cold.loss < 0.9 * cold.initial_loss, "{cold:?}");
+            let warm = model.fit_site(site).unwrap().fit.unwrap();
+            assert_eq!(warm.epochs, 20);
+            assert!(
+                warm.initial_loss < 1.1 * cold.loss,
+                "{warm:?} after {cold:?}"
+            );
+        });
+    }
+
+    #[test]
+    fn untrained_it_is_the_plain_diffusion() {
+        on_grid(4, |site| {
+            let no_epochs = ShapingParams {
+                cold_epochs: 0,
+                ..Default::default()
+            };
+            let kept = (-no_epochs.temperature).exp();
+            let untrained = potential(no_epochs).fit_site(site).unwrap().values;
+            let mut heat = super::super::heat::HeatPotential {
+                kept,
+                scale_factor: 2.0,
+            };
+            let heat = heat.fit_site(site).unwrap().values;
+            for (a, b) in untrained.iter().zip(&heat) {
+                assert!((a - b).abs() < 1e-6, "{a} against {b}");
+            }
+        });
+    }
+
+    /// Whatever the network puts out, inside the clip and far beyond it.
+    #[test]
+    fn wild_outputs_leave_no_false_maximum() {
+        on_grid(8, |site| {
+            let shaping = ShapingParams::default();
+            for frequency in [0.3, 2.1, 11.7] {
+                let mut training = Training::new(site, &shaping, vec![]);
+                let z: Vec<f64> = (0..72)
+                    .map(|i| 9.0 * (i as f64 * frequency).sin())
+                    .collect();
+                training.set_costs(&z);
+                training.best.1.copy_from_slice(&training.q);
+                let report = FitReport {
+                    epochs: 0,
+                    initial_loss: 0.0,
+                    loss: 0.0,
+                };
+                let fit = training.finish(report).unwrap();
+                assert!(fit.solve.unwrap().converged);
+                assert_eq!(
+                    spurious_maxima(&fit.values, site.adjacency, &[StateId(0)]),
+                    vec![]
+                );
+            }
+        });
+    }
+
+    #[test]
+    fn features_with_nan_are_an_error_and_leave_the_weights() {
+        on_grid(4, |site| {
+            let mut model = potential(ShapingParams::default());
+            model.fit_site(site).unwrap();
+            let before = model.network.clone();
+            let nan = Mat::full(72, 4, f64::NAN);
+            let error = model
+                .fit_site(&Site {
+                    features: nan.as_ref(),
+                    ..*site
+                })
+                .unwrap_err();
+            assert!(matches!(error, ShapingError::Gcn(_)), "{error}");
+            assert_eq!(model.network, before);
+            assert!(model.fit_site(site).is_ok());
+        });
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_bits() {
+        on_grid(4, |site| {
+            let fit = || potential(ShapingParams::default()).fit_site(site).unwrap();
+            assert_eq!(fit(), fit());
+        });
     }
 }

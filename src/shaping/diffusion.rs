@@ -6,7 +6,7 @@
 //! ```
 //!
 //! q_i > 0 is the cost of a step from i. u shrinks by a constant factor per hop and underflows after some hundred
-//! hops, so v is what is stored.
+//! hops, so v is what is handed out, and inside u carries an exponent of its own.
 //!
 //! **Maximum principle**: the sum is an average, hence v_i ≥ q_i + min_j v_j for *every* q, and φ = −v has a larger
 //! neighbour wherever there is no goal. A solution with Bellman residual below min q keeps this property, so stopping
@@ -29,15 +29,20 @@
 //! contraction).
 
 use super::chain::Chain;
+use super::desirability::Desirability;
 use serde::{Deserialize, Serialize};
 
 /// The largest share of a row's weight that is carried along with it. The error of a far difference enters with
 /// factor a / (1 − a), below 1 up to ½. Sweeps needed at q = 0.7 (0.2) with shares 0, 0.33, 0.4 and 0.5: path of 3 000
-/// nodes 309, 9, 9, 9 (> 675, 18, 15, 15); random graph of 3 000 nodes 18, 27, 42, 33 (45, 24, 36, 162).
+/// nodes 309, 9, 9, 9 (> 675, 18, 15, 15); random graph of 3 000 nodes 18, 27, 42, > 300 (45, 24, 36, 162).
 const CARRY: f64 = 0.4;
 
 /// Sweeps between two looks at the residual, which costs about as much as a sweep.
 const SWEEPS_PER_CHECK: usize = 3;
+
+/// Looks in a row without a new lowest residual after which sweeps carry less. In the first sweeps a residual may rise
+/// before it falls for good.
+const PATIENCE: usize = 8;
 
 /// What a solve cost and how well it did. Not converging is a result, not an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -50,11 +55,15 @@ pub struct SolveReport {
     pub converged: bool,
 }
 
-/// The solver: the chain, and how much a sweep may carry along.
+/// The solver: the chain, how much a sweep may carry along, and the buffers, reused from call to call.
 #[derive(Clone, Debug)]
 pub struct Diffusion<'c> {
     chain: &'c Chain,
     carry: f64,
+    /// e^{−q} by position.
+    kept: Vec<f64>,
+    /// e^{−v} by position.
+    u: Vec<Desirability>,
 }
 
 impl<'c> Diffusion<'c> {
@@ -63,6 +72,8 @@ impl<'c> Diffusion<'c> {
         Self {
             chain,
             carry: CARRY,
+            kept: Vec::new(),
+            u: Vec::new(),
         }
     }
 
@@ -93,31 +104,36 @@ impl<'c> Diffusion<'c> {
 
     /// Sweeps until the Bellman residual is ≤ `tol`. `q` and `v` are by position; `v` is the start (see
     /// [`cold_start`](Self::cold_start); or the solution for a similar q) and the result, its goal entries are kept.
-    /// O(nnz) a sweep, some ten sweeps for q around 0.7, at most [`max_sweeps`](Self::max_sweeps).
+    /// O(nnz) a sweep, some ten to forty sweeps for q around 0.7, at most [`max_sweeps`](Self::max_sweeps).
     ///
     /// # Panics
     /// If `q` or `v` has not one entry per position.
     pub fn solve(&mut self, q: &[f64], v: &mut [f64], tol: f64) -> SolveReport {
+        self.load(q, v);
         let mut report = SolveReport {
             residual: f64::INFINITY,
             ..Default::default()
         };
+        let (mut best, mut stalls) = (f64::INFINITY, 0);
         while report.sweeps < self.max_sweeps() {
-            for _ in 0..SWEEPS_PER_CHECK {
-                self.sweep(q, v);
-            }
+            (0..SWEEPS_PER_CHECK).for_each(|_| self.sweep());
             report.sweeps += SWEEPS_PER_CHECK;
-            let residual = self.residual(q, v);
-            let fell = residual < report.residual;
-            if !fell {
-                self.carry *= 0.5;
-            }
-            report.residual = residual;
-            if residual <= tol {
+            report.residual = self.residual();
+            if report.residual <= tol {
                 report.converged = true;
                 break;
             }
+            stalls = if report.residual < best {
+                0
+            } else {
+                stalls + 1
+            };
+            best = best.min(report.residual);
+            if stalls == PATIENCE {
+                (self.carry, stalls) = (0.5 * self.carry, 0);
+            }
         }
+        self.store(v);
         report
     }
 
@@ -127,89 +143,103 @@ impl<'c> Diffusion<'c> {
         1000 + self.chain.len() / 32
     }
 
-    /// One sweep, from the goals outwards.
+    /// `count` sweeps from `v`, from the goals outwards, without a look at the residual.
     ///
     /// # Panics
     /// If `q` or `v` has not one entry per position.
-    pub fn sweep(&self, q: &[f64], v: &mut [f64]) {
+    pub fn sweeps(&mut self, q: &[f64], v: &mut [f64], count: usize) {
+        self.load(q, v);
+        (0..count).for_each(|_| self.sweep());
+        self.store(v);
+    }
+
+    fn load(&mut self, q: &[f64], v: &[f64]) {
         assert_eq!(
             (q.len(), v.len()),
             (self.chain.len(), self.chain.len()),
             "by position"
         );
-        for i in self.chain.num_goals()..v.len() {
-            v[i] = self.updated(i, q[i], v);
+        self.kept.clear();
+        self.kept.extend(q.iter().map(|q| (-q).exp()));
+        self.u.clear();
+        self.u.extend(v.iter().map(|&v| Desirability::from_cost(v)));
+    }
+
+    /// Goals keep what the caller wrote, to the bit.
+    fn store(&self, v: &mut [f64]) {
+        for (v, u) in v.iter_mut().zip(&self.u).skip(self.chain.num_goals()) {
+            *v = u.cost();
         }
     }
 
-    /// The new v_i. Sums are taken relative to the lowest neighbour, so that nothing under- or overflows.
-    fn updated(&self, i: usize, q: f64, v: &[f64]) -> f64 {
-        let row = self.chain.row(i);
-        let lowest = lowest(row.near, v).min(lowest(row.far, v));
-        let near = average(row.near, row.near_probabilities, v, lowest);
-        let far = average(row.far, row.far_probabilities, v, lowest);
-        if far == 0.0 {
-            return q + lowest - near.ln();
+    fn sweep(&mut self) {
+        for i in self.chain.num_goals()..self.u.len() {
+            let (near, far) = self.row_sums(i);
+            // a, from the old u_i; ∞ while that is 0, and then nothing is carried along.
+            let away = if far.is_zero() {
+                0.0
+            } else {
+                self.kept[i] * far.over(self.u[i])
+            };
+            let carried = away.min(self.carry);
+            let sum = if away > carried {
+                near.plus(far.times(1.0 - carried / away))
+            } else {
+                near
+            };
+            self.u[i] = sum.times(self.kept[i] / (1.0 - carried));
         }
-        // a, with u_i = e^{−v_i} the old one; v_i = ∞ gives a = ∞ and nothing is carried along.
-        let away = far * (v[i] - lowest - q).exp();
-        let carried = away.min(self.carry);
-        q + lowest - (near + far * (1.0 - carried / away)).ln() + (-carried).ln_1p()
     }
 
-    /// The Bellman residual max_i |v_i − (q_i − ln Σ_j P_ij e^{−v_j})|. O(nnz).
-    pub fn residual(&self, q: &[f64], v: &[f64]) -> f64 {
-        (self.chain.num_goals()..v.len())
-            .map(|i| (v[i] - self.bellman(i, q[i], v)).abs())
-            .fold(
-                0.0,
-                |worst, r| if r > worst || r.is_nan() { r } else { worst },
-            )
+    /// The Bellman residual max_i |v_i − (q_i − ln Σ_j P_ij e^{−v_j})| of what is loaded.
+    fn residual(&self) -> f64 {
+        // The extremes of u_i over its update need only one logarithm each.
+        let mut extremes = (1.0_f64, 1.0_f64);
+        for i in self.chain.num_goals()..self.u.len() {
+            let (near, far) = self.row_sums(i);
+            let ratio = self.u[i].over(near.plus(far).times(self.kept[i]));
+            if ratio.is_nan() {
+                return f64::NAN;
+            }
+            extremes = (extremes.0.min(ratio), extremes.1.max(ratio));
+        }
+        (-extremes.0.ln()).max(extremes.1.ln())
     }
 
-    fn bellman(&self, i: usize, q: f64, v: &[f64]) -> f64 {
+    /// Σ_near P_ij u_j and Σ_far P_ij u_j. Apart, because in the middle of a sweep near values are new and far ones
+    /// old, and the two may lie hundreds of orders of magnitude from each other.
+    fn row_sums(&self, i: usize) -> (Desirability, Desirability) {
         let row = self.chain.row(i);
-        let lowest = lowest(row.near, v).min(lowest(row.far, v));
-        let near = average(row.near, row.near_probabilities, v, lowest);
-        let far = average(row.far, row.far_probabilities, v, lowest);
-        q + lowest - (near + far).ln()
+        let near = Desirability::weighted_sum(row.near, row.near_probabilities, &self.u);
+        (
+            near,
+            Desirability::weighted_sum(row.far, row.far_probabilities, &self.u),
+        )
     }
 
-    /// W_ij = ∂v_i/∂v_j = P_ij e^{−v_j} / Σ_k P_ik e^{−v_k}, in the layout of the chain's columns: the transition
-    /// matrix of the optimally controlled walk. Rows sum to 1. O(nnz).
-    pub fn controlled_walk(&self, v: &[f64], weights: &mut Vec<f64>) {
+    /// W_ij = ∂v_i/∂v_j = P_ij u_j / Σ_k P_ik u_k at the v of the last [`solve`](Self::solve) or
+    /// [`sweeps`](Self::sweeps), in the layout of the chain's columns: the transition matrix of the optimally
+    /// controlled walk. Rows sum to 1. O(nnz).
+    ///
+    /// # Panics
+    /// If nothing was solved yet.
+    pub fn controlled_walk(&self, weights: &mut Vec<f64>) {
+        assert_eq!(self.u.len(), self.chain.len(), "nothing was solved yet");
         weights.clear();
-        for i in self.chain.num_goals()..v.len() {
+        for i in self.chain.num_goals()..self.u.len() {
+            let (near, far) = self.row_sums(i);
+            let total = near.plus(far);
             let row = self.chain.row(i);
-            let lowest = lowest(row.near, v).min(lowest(row.far, v));
-            let start = weights.len();
             let pairs = [
                 (row.near, row.near_probabilities),
                 (row.far, row.far_probabilities),
             ];
             for (columns, probabilities) in pairs {
                 let terms = columns.iter().zip(probabilities);
-                weights.extend(terms.map(|(&j, &p)| p * (lowest - v[j as usize]).exp()));
+                weights.extend(terms.map(|(&j, p)| p * self.u[j as usize].over(total)));
             }
-            let total: f64 = weights[start..].iter().sum();
-            weights[start..].iter_mut().for_each(|w| *w /= total);
         }
     }
-}
-
-fn lowest(columns: &[u32], v: &[f64]) -> f64 {
-    columns
-        .iter()
-        .map(|&j| v[j as usize])
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// Σ_j P_ij e^{reference − v_j}.
-fn average(columns: &[u32], probabilities: &[f64], v: &[f64], reference: f64) -> f64 {
-    let terms = columns.iter().zip(probabilities);
-    terms
-        .map(|(&j, &p)| p * (reference - v[j as usize]).exp())
-        .sum()
 }
 
 #[cfg(test)]
@@ -338,9 +368,11 @@ mod tests {
     #[test]
     fn rows_of_the_controlled_walk_sum_to_one() {
         let chain = chain(&grid(9, 9, &[]), &[40]);
-        let (v, _) = solve(&chain, &vec![0.7; chain.len()], &[0.0]);
+        let mut diffusion = Diffusion::new(&chain);
+        let mut v = diffusion.cold_start(&[0.0]);
+        diffusion.solve(&vec![0.7; chain.len()], &mut v, TOL);
         let mut weights = Vec::new();
-        Diffusion::new(&chain).controlled_walk(&v, &mut weights);
+        diffusion.controlled_walk(&mut weights);
         for i in chain.num_goals()..chain.len() {
             let row = chain.near_range(i).start..chain.far_range(i).end;
             let total: f64 = weights[row].iter().sum();

@@ -43,6 +43,7 @@ pub mod build;
 pub mod chain;
 pub mod conductance;
 pub mod cost_to_go;
+mod desirability;
 pub mod diffusion;
 pub mod features;
 #[cfg(test)]

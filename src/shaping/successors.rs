@@ -18,6 +18,9 @@ use super::ShapingError;
 use crate::env::Action;
 use crate::graph::{Csr, StateId, TransitionGraph};
 
+/// A move that weighs less beside its alternatives counts as this likely: still a move, and no underflow.
+const SMALLEST_PROBABILITY: f64 = 1e-30;
+
 /// Rows of probabilities over the next state, without self-transitions; a row is empty where there is no way on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Successors {
@@ -93,7 +96,8 @@ impl Successors {
         let total: f64 = row.iter().map(|&(_, weight)| weight).sum();
         for &(target, weight) in row.iter() {
             self.targets.push(target);
-            self.probabilities.push(weight / total);
+            self.probabilities
+                .push((weight / total).max(SMALLEST_PROBABILITY));
         }
         self.offsets.push(self.targets.len());
         row.clear();
