@@ -4,7 +4,7 @@
 //! of their own; their ranges are shifted past the end of the file, as if they stood below it. So one number
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
-use super::error::{Location, ScenarioError, nearest};
+use super::error::{Choices, Location, ScenarioError};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -122,20 +122,19 @@ impl Document {
         let place = self.place(span.start);
         let key = places.key_at(&span).unwrap_or("the file").to_owned();
         let (word, known) = quoted(message);
+        let right = || Box::new(Choices::near(&word, known));
         if message.starts_with("unknown field") {
             ScenarioError::UnknownKey {
                 place,
-                nearest: nearest(&word, known.iter().map(String::as_str)).map(str::to_owned),
                 key,
-                known,
+                right: right(),
             }
         } else if message.starts_with("unknown variant") {
             ScenarioError::UnknownChoice {
                 place,
                 key,
-                nearest: nearest(&word, known.iter().map(String::as_str)).map(str::to_owned),
+                right: right(),
                 value: word,
-                known,
             }
         } else {
             ScenarioError::Type {

@@ -198,10 +198,10 @@ impl EnvParams {
             ("file", self.file.is_some()),
         ];
         let own = self.kind.own_keys();
-        for (key, _) in given
+        let stray = given
             .iter()
-            .filter(|(key, given)| *given && !own.contains(key))
-        {
+            .find(|(key, given)| *given && !own.contains(key));
+        if let Some((key, _)) = stray {
             return Err(self.stray(key));
         }
         match self.kind {

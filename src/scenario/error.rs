@@ -56,19 +56,17 @@ pub enum ScenarioError {
         message: String,
     },
     /// A key that no section has.
-    #[error("{place}: unknown key `{key}`{}", suggestion(nearest, known))]
+    #[error("{place}: unknown key `{key}`{right}")]
     UnknownKey {
         /// Where the key stands.
         place: Location,
         /// The key with its section, `agent.gama`.
         key: String,
-        /// The right key that is nearest in spelling.
-        nearest: Option<String>,
-        /// Every key that would be right there.
-        known: Vec<String>,
+        /// The keys that would be right there.
+        right: Box<Choices>,
     },
     /// A word that is none of the choices.
-    #[error("{place}: `{key}` cannot be \"{value}\"{}", suggestion(nearest, known))]
+    #[error("{place}: `{key}` cannot be \"{value}\"{right}")]
     UnknownChoice {
         /// Where the word stands.
         place: Location,
@@ -76,10 +74,8 @@ pub enum ScenarioError {
         key: String,
         /// The word.
         value: String,
-        /// The choice that is nearest in spelling.
-        nearest: Option<String>,
-        /// Every choice.
-        known: Vec<String>,
+        /// The words that would be right.
+        right: Box<Choices>,
     },
     /// A value of the wrong type or form.
     #[error("{place}: `{key}`: {message}")]
@@ -101,12 +97,31 @@ pub enum ScenarioError {
     },
 }
 
-/// "; did you mean …", or the list of what would be right.
-fn suggestion(nearest: &Option<String>, known: &[String]) -> String {
-    match nearest {
-        Some(nearest) => format!("; did you mean `{nearest}`?"),
-        None if known.is_empty() => String::new(),
-        None => format!("; it is one of {}", known.join(", ")),
+/// What would have been right.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choices {
+    /// The one that is nearest in spelling, if one is near.
+    pub nearest: Option<String>,
+    /// All of them.
+    pub all: Vec<String>,
+}
+
+impl Choices {
+    /// Those that might have been meant by `word`.
+    pub fn near(word: &str, all: Vec<String>) -> Self {
+        let nearest = nearest(word, all.iter().map(String::as_str)).map(str::to_owned);
+        Self { nearest, all }
+    }
+}
+
+/// The end of a message: "; did you mean …", or the list.
+impl fmt::Display for Choices {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.nearest {
+            Some(nearest) => write!(f, "; did you mean `{nearest}`?"),
+            None if self.all.is_empty() => Ok(()),
+            None => write!(f, "; it is one of {}", self.all.join(", ")),
+        }
     }
 }
 

@@ -25,7 +25,7 @@ mod world;
 
 pub use document::Document;
 pub use env::{EnvKind, EnvParams, GoalSpec};
-pub use error::{BrokenRule, Location, ScenarioError, nearest};
+pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
 pub use place::{MaxSteps, Place};
 pub use shipped::{Shipped, shipped};
 pub use template::template;

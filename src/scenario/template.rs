@@ -20,14 +20,14 @@ pub fn template(name: &str) -> String {
         let Some(section_default) = defaults.get(&section).and_then(toml::Value::as_table) else {
             continue;
         };
-        let _ = write!(text, "\n{}[{section}]\n", comment(&about));
+        let _ = writeln!(text, "\n{}[{section}]", comment(&about));
         let keys = properties(&schema, resolve(&schema, &schema["properties"][&section]));
         for (key, about) in keys {
             let assignment = match section_default.get(&key) {
                 Some(value) => format!("{key} = {value}"),
                 None => format!("{key} =    # not set"),
             };
-            let _ = write!(text, "{}#{assignment}\n", comment(&about));
+            let _ = writeln!(text, "{}#{assignment}", comment(&about));
         }
     }
     text
