@@ -4,13 +4,16 @@ pub mod band;
 mod color;
 mod figure;
 mod map;
+mod page;
 mod recorded;
 mod sparkline;
 mod summary;
 mod terminal;
+mod validity;
 
 pub use figure::overview;
 pub use map::{Charset, draw_map, draw_values};
+pub use page::html_report;
 pub use recorded::{EpisodeRow, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use sparkline::sparkline;
 pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};
