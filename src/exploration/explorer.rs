@@ -3,9 +3,8 @@
 //! **Before the first goal** it advises the way to the nearest promising untried action; one whose outcome is
 //! plain, because it undoes a step, is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
 //! goal and L = d*(start), an untried action a of s is tried only if the best that it could lead to is an
-//! improvement: d₀(s) + 1 + h < L, where h is d* of the predicted state if there is one, else the lower bound of
-//! dead reckoning, else 0 (with which this is the optimism of R-max). When nothing is left to try, the advice is
-//! the rise of the potential along each action.
+//! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
+//! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
 
 use super::ExplorationParams;
 use super::Optimism;
@@ -147,13 +146,12 @@ impl Explorer {
         if let Some(action) = self.search.planned(state) {
             return Some(action);
         }
-        self.searching = false;
         if self.destinations.is_empty() {
             self.look(graph, state, Quest::FirstGoal);
             return self.search.planned(state);
         }
         for (i, quest) in [Quest::ShorterPath, Quest::OtherGoal].into_iter().enumerate() {
-            if !self.exhausted[i] && self.is_wanted(quest) {
+            if !self.exhausted[i] && self.is_wanted(quest, state) {
                 self.exhausted[i] = !self.look(graph, state, quest);
                 if !self.exhausted[i] {
                     self.searching = quest == Quest::OtherGoal;
@@ -161,13 +159,20 @@ impl Explorer {
                 }
             }
         }
+        self.searching = false;
         None
     }
 
-    fn is_wanted(&self, quest: Quest) -> bool {
+    /// Looking for other goals may cost one best path, and `search_share` of the steps on top. It begins at the start
+    /// of an episode, so that near goals are found first, once there is enough for a trip as long as the best path.
+    fn is_wanted(&self, quest: Quest, state: StateId) -> bool {
         match (quest, self.params.optimism) {
             (_, Optimism::None) => false,
-            (Quest::OtherGoal, Optimism::SeenGoals) => (self.search_steps as f64) < self.params.search_share * self.steps as f64,
+            (Quest::OtherGoal, Optimism::SeenGoals) => {
+                let trip = f64::from(self.to_goal.get(self.start));
+                let left = trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
+                if self.searching { left > 0.0 } else { state == self.start && left >= trip }
+            }
             _ => true,
         }
     }
@@ -227,7 +232,8 @@ impl QuestView<'_> {
     fn optimistic_steps(&mut self, state: StateId, action: Action, prediction: Prediction) -> u32 {
         match (self.quest, prediction) {
             (_, Prediction::Undo(_)) => UNREACHED,
-            (_, Prediction::Known(next)) => self.to_goal.get(next).saturating_add(1),
+            // A goal not seen yet is no state that is known.
+            (Quest::OtherGoal, Prediction::Known(_)) => UNREACHED,
             (Quest::OtherGoal, _) => 1,
             _ => {
                 let bounds = self.destinations.iter().map(|goal| {

@@ -1,0 +1,114 @@
+//! A block of vectors stored node by node: n rows of `width` consecutive numbers.
+//!
+//! A sparse product or triangular solve visits nodes in irregular order; stored this way each visit
+//! touches one stretch of memory and serves all vectors at once. The width is a multiple of
+//! [`LANES`] and rows start on cache lines, so that rows are whole SIMD registers.
+
+use faer::{MatMut, MatRef};
+
+/// Numbers in a cache line, and in the widest SIMD register in use.
+pub(super) const LANES: usize = 8;
+
+/// Alignment of the first row in bytes.
+const CACHE_LINE: usize = 64;
+
+/// n × width numbers, row-major, rows aligned to cache lines.
+#[derive(Debug, Default)]
+pub(super) struct RowBlock {
+    storage: Vec<f64>,
+    /// Numbers skipped so that the first row is aligned.
+    offset: usize,
+    rows: usize,
+    width: usize,
+}
+
+impl RowBlock {
+    pub(super) fn zeros(rows: usize, width: usize) -> Self {
+        let mut block = Self::default();
+        block.reset(rows, width);
+        block
+    }
+
+    /// Gives the block a new shape and sets it to zero, reusing its memory where that suffices.
+    pub(super) fn reset(&mut self, rows: usize, width: usize) {
+        assert_eq!(width % LANES, 0, "width must be a multiple of {LANES}");
+        let length = rows * width;
+        let needed = length + LANES;
+        if self.storage.capacity() < needed {
+            self.storage = vec![0.0; needed];
+        } else {
+            self.storage.clear();
+            self.storage.resize(needed, 0.0);
+        }
+        self.offset = self.storage.as_ptr().align_offset(CACHE_LINE).min(LANES);
+        (self.rows, self.width) = (rows, width);
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
+    pub(super) fn as_slice(&self) -> &[f64] {
+        &self.storage[self.offset..self.offset + self.rows * self.width]
+    }
+
+    pub(super) fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.storage[self.offset..self.offset + self.rows * self.width]
+    }
+
+    pub(super) fn row(&self, i: usize) -> &[f64] {
+        &self.as_slice()[i * self.width..(i + 1) * self.width]
+    }
+
+    pub(super) fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        let width = self.width;
+        &mut self.as_mut_slice()[i * width..(i + 1) * width]
+    }
+
+    /// The block as an n × width matrix.
+    pub(super) fn as_mat(&self) -> MatRef<'_, f64> {
+        MatRef::from_row_major_slice(self.as_slice(), self.rows, self.width)
+    }
+
+    /// The block as an n × width matrix.
+    pub(super) fn as_mat_mut(&mut self) -> MatMut<'_, f64> {
+        let (rows, width) = (self.rows, self.width);
+        MatMut::from_row_major_slice_mut(self.as_mut_slice(), rows, width)
+    }
+
+    /// self ← other.
+    pub(super) fn copy_from(&mut self, other: &RowBlock) {
+        self.as_mut_slice().copy_from_slice(other.as_slice());
+    }
+}
+
+impl Clone for RowBlock {
+    fn clone(&self) -> Self {
+        let mut copy = Self::zeros(self.rows, self.width);
+        copy.copy_from(self);
+        copy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_aligned_also_after_reuse_and_clone() {
+        let mut block = RowBlock::zeros(10, 24);
+        for (rows, width) in [(10, 24), (3, 8), (100, 16)] {
+            block.reset(rows, width);
+            block.row_mut(rows - 1)[width - 1] = 1.0;
+            for b in [&block, &block.clone()] {
+                assert_eq!(b.as_slice().as_ptr() as usize % CACHE_LINE, 0);
+                assert_eq!(b.as_slice().len(), rows * width);
+                assert_eq!(b.as_mat()[(rows - 1, width - 1)], 1.0);
+            }
+        }
+    }
+}

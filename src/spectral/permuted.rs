@@ -1,0 +1,298 @@
+//! The Laplacian written out in elimination order: what products and factorisations read.
+
+use super::block::RowBlock;
+use super::elimination::EliminationOrder;
+use super::simd::{self, Panel, PanelKernel};
+use super::{Laplacian, SymmetricOperator};
+use pulp::Simd;
+use std::ops::Range;
+
+/// L with rows and columns in elimination order, by rows with sorted columns; every diagonal entry
+/// is present.
+#[derive(Debug, Default)]
+pub(super) struct PermutedLaplacian {
+    starts: Vec<u32>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    /// Where in `columns` each row's diagonal entry is.
+    diagonals: Vec<u32>,
+}
+
+/// Which triangle of a symmetric matrix, diagonal included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Triangle {
+    Lower,
+    Upper,
+}
+
+/// A triangle by columns, in the form sparse factorisations take.
+#[derive(Debug, Default)]
+pub(super) struct TriangleMatrix {
+    pub(super) column_starts: Vec<u32>,
+    pub(super) rows: Vec<u32>,
+    pub(super) values: Vec<f64>,
+}
+
+impl PermutedLaplacian {
+    /// Writes `laplacian` out in `order`, reusing memory. Cost: O(n + nnz).
+    ///
+    /// Columns are dealt out to the rows in ascending order, so that no row needs sorting.
+    pub(super) fn assign(&mut self, laplacian: &Laplacian<'_>, order: &EliminationOrder) {
+        let n = laplacian.dim();
+        self.count(laplacian, order);
+        let length = self.starts[n] as usize;
+        self.columns.resize(length, 0);
+        self.values.resize(length, 0.0);
+        self.diagonals.resize(n, 0);
+        let mut cursor = self.starts.clone();
+        for c in 0..n {
+            let u = order.node[c] as usize;
+            let at = cursor[c];
+            cursor[c] += 1;
+            self.diagonals[c] = at;
+            self.columns[at as usize] = c as u32;
+            self.values[at as usize] = laplacian.diagonal(u);
+            let (neighbors, weights) = laplacian.row(u);
+            for (&v, &w) in neighbors.iter().zip(weights) {
+                if v as usize == u {
+                    continue;
+                }
+                let r = order.position[v as usize] as usize;
+                let at = cursor[r] as usize;
+                cursor[r] += 1;
+                self.columns[at] = c as u32;
+                self.values[at] = laplacian.off_diagonal(u, v as usize, w);
+            }
+        }
+    }
+
+    fn count(&mut self, laplacian: &Laplacian<'_>, order: &EliminationOrder) {
+        self.starts.clear();
+        self.starts.push(0);
+        let mut end = 0;
+        for &u in &order.node {
+            let neighbors = laplacian.row(u as usize).0;
+            let has_loop = neighbors.binary_search(&u).is_ok();
+            end += neighbors.len() as u32 + u32::from(!has_loop);
+            self.starts.push(end);
+        }
+    }
+
+    pub(super) fn dim(&self) -> usize {
+        self.diagonals.len()
+    }
+
+    fn row(&self, i: usize) -> Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+
+    /// The chosen triangle of L + shift · I.
+    pub(super) fn triangle(&self, which: Triangle, shift: f64, out: &mut TriangleMatrix) {
+        out.column_starts.clear();
+        out.rows.clear();
+        out.values.clear();
+        out.column_starts.push(0);
+        for j in 0..self.dim() {
+            let diagonal = self.diagonals[j] as usize;
+            let range = match which {
+                Triangle::Upper => self.row(j).start..diagonal + 1,
+                Triangle::Lower => diagonal..self.row(j).end,
+            };
+            out.rows.extend_from_slice(&self.columns[range.clone()]);
+            out.values.extend_from_slice(&self.values[range.clone()]);
+            let at = out.values.len() - range.len() + (diagonal - range.start);
+            out.values[at] += shift;
+            out.column_starts.push(out.rows.len() as u32);
+        }
+    }
+
+    /// sum + (L x)_i
+    #[inline(always)]
+    fn add_row_product<S: Simd, const NV: usize>(
+        &self,
+        simd: S,
+        panel: Panel,
+        x: &[S::f64s],
+        i: usize,
+        mut sum: [S::f64s; NV],
+    ) -> [S::f64s; NV] {
+        let range = self.row(i);
+        for (&j, &a) in self.columns[range.clone()].iter().zip(&self.values[range]) {
+            let a = simd.splat_f64s(a);
+            let xj: [_; NV] = panel.load(x, j as usize);
+            for v in 0..NV {
+                sum[v] = simd.mul_add_f64s(a, xj[v], sum[v]);
+            }
+        }
+        sum
+    }
+
+    /// y ← L x.
+    pub(super) fn multiply(&self, x: &RowBlock, y: &mut RowBlock, threads: usize) {
+        let width = x.width();
+        simd::for_each_stretch_mut(y.as_mut_slice(), width, threads, |rows, y| {
+            let product = Product {
+                matrix: self,
+                x: x.as_slice(),
+                y,
+                rows,
+            };
+            simd::for_each_panel(width, product);
+        });
+    }
+
+    /// Σ_i ((L x)_i − x_i ∘ values)² for each column of x: squared residual norms, in one pass that
+    /// stores no product. Rows are taken in fixed stretches, so that the sum is the same however
+    /// many threads share them.
+    pub(super) fn squared_residuals(
+        &self,
+        x: &RowBlock,
+        values: &[f64],
+        threads: usize,
+    ) -> Vec<f64> {
+        assert_eq!(values.len(), x.width(), "one value per column");
+        let partial = simd::map_stretches(self.dim(), threads, |rows| {
+            let mut sums = vec![0.0; x.width()];
+            simd::for_each_panel(
+                x.width(),
+                Residual {
+                    matrix: self,
+                    x: x.as_slice(),
+                    values,
+                    rows,
+                    sums: &mut sums,
+                },
+            );
+            sums
+        });
+        simd::add_up(partial, x.width())
+    }
+}
+
+/// y ← L x for a stretch of rows.
+struct Product<'a> {
+    matrix: &'a PermutedLaplacian,
+    x: &'a [f64],
+    y: &'a mut [f64],
+    rows: Range<usize>,
+}
+
+impl PanelKernel for Product<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
+        let x = S::as_simd_f64s(self.x).0;
+        let y = S::as_mut_simd_f64s(self.y).0;
+        let first = self.rows.start;
+        for i in self.rows.clone() {
+            let zero = [simd.splat_f64s(0.0); NV];
+            let product = self.matrix.add_row_product(simd, panel, x, i, zero);
+            panel.store(y, i - first, product);
+        }
+    }
+}
+
+/// sums += Σ_i ((L x)_i − values ∘ x_i)² over a stretch of rows.
+struct Residual<'a> {
+    matrix: &'a PermutedLaplacian,
+    x: &'a [f64],
+    values: &'a [f64],
+    rows: Range<usize>,
+    sums: &'a mut [f64],
+}
+
+impl PanelKernel for Residual<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
+        let x = S::as_simd_f64s(self.x).0;
+        let theta: [_; NV] = panel.load(S::as_simd_f64s(self.values).0, 0);
+        let sums = S::as_mut_simd_f64s(self.sums).0;
+        let mut total: [_; NV] = panel.load(sums, 0);
+        for i in self.rows.clone() {
+            let xi: [_; NV] = panel.load(x, i);
+            let mut r = [simd.splat_f64s(0.0); NV];
+            for v in 0..NV {
+                r[v] = simd.negate_mul_add_f64s(theta[v], xi[v], r[v]);
+            }
+            let r = self.matrix.add_row_product(simd, panel, x, i, r);
+            for v in 0..NV {
+                total[v] = simd.mul_add_f64s(r[v], r[v], total[v]);
+            }
+        }
+        panel.store(sums, 0, total);
+    }
+}
+
+#[cfg(test)]
+impl PermutedLaplacian {
+    /// Largest entry of (L + σI) x − b in magnitude.
+    pub(super) fn product_error(&self, x: &RowBlock, sigma: f64, b: &RowBlock) -> f64 {
+        let mut product = RowBlock::zeros(x.rows(), x.width());
+        self.multiply(x, &mut product, 1);
+        let entries = product
+            .as_slice()
+            .iter()
+            .zip(x.as_slice())
+            .zip(b.as_slice());
+        entries.fold(0.0, |worst: f64, ((p, x), b)| {
+            worst.max((p + sigma * x - b).abs())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectral::{LaplacianKind, testing};
+    use faer::Mat;
+
+    #[test]
+    fn triangles_and_residuals_agree_with_the_dense_matrix() {
+        let graph = testing::grid(6, 5);
+        let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
+        let order = EliminationOrder::new(&laplacian, None);
+        let mut permuted = PermutedLaplacian::default();
+        permuted.assign(&laplacian, &order);
+        let dense = laplacian.to_dense();
+        let expected = |i: usize, j: usize| {
+            dense[(order.node[i] as usize, order.node[j] as usize)] + if i == j { 0.5 } else { 0.0 }
+        };
+        let mut triangle = TriangleMatrix::default();
+        for which in [Triangle::Lower, Triangle::Upper] {
+            permuted.triangle(which, 0.5, &mut triangle);
+            let mut rebuilt = Mat::<f64>::zeros(30, 30);
+            for j in 0..30 {
+                for at in triangle.column_starts[j] as usize..triangle.column_starts[j + 1] as usize
+                {
+                    let i = triangle.rows[at] as usize;
+                    assert!(if which == Triangle::Lower {
+                        i >= j
+                    } else {
+                        i <= j
+                    });
+                    rebuilt[(i, j)] = triangle.values[at];
+                    rebuilt[(j, i)] = triangle.values[at];
+                }
+            }
+            let error = Mat::from_fn(30, 30, |i, j| rebuilt[(i, j)] - expected(i, j));
+            assert!(error.norm_max() < 1e-15);
+        }
+
+        let mut x = RowBlock::zeros(30, 8);
+        for (i, v) in x.as_mut_slice().iter_mut().enumerate() {
+            *v = (i as f64 * 0.7).sin();
+        }
+        let values = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
+        let found = permuted.squared_residuals(&x, &values, 1);
+        for c in 0..8 {
+            let sum: f64 = (0..30)
+                .map(|i| {
+                    let product: f64 = (0..30)
+                        .map(|j| (expected(i, j) - if i == j { 0.5 } else { 0.0 }) * x.row(j)[c])
+                        .sum();
+                    (product - values[c] * x.row(i)[c]).powi(2)
+                })
+                .sum();
+            assert!((found[c] - sum).abs() < 1e-12 * sum);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! One search for the lowest pairs by shift-and-invert: start, iterate, certify.
+
+use super::block::RowBlock;
+use super::certify::count_missing;
+use super::elimination::EliminationOrder;
+use super::factor::CholeskyFactor;
+use super::lanczos::{BlockLanczos, Wanted};
+use super::null_space::NullSpace;
+use super::permuted::PermutedLaplacian;
+use super::shift_invert::ShiftInvert;
+use super::start::Remembered;
+use super::subspace::{Goal, Outcome, Plan, iterate, randomize};
+use super::{Laplacian, SpectralError, SpectralParams, SymmetricOperator};
+use faer::Mat;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Shift of a cold start, relative to the bound of ‖L‖: only keeps the matrix positive definite.
+const COLD_SHIFT: f64 = 1e-8;
+
+/// Shift of a warm start, relative to λ_k: a larger one evens out the filter's gains, a smaller one
+/// needs fewer solves.
+const FEATURE_SHIFT: f64 = 0.1;
+const TIGHT_SHIFT: f64 = 0.3;
+
+/// Tolerance below which [`TIGHT_SHIFT`] serves better.
+const TIGHT: f64 = 1e-4;
+
+/// Least shift, relative to the bound of ‖L‖.
+const LEAST_SHIFT: f64 = 1e-13;
+
+/// Blocks in the Krylov space of a cold start. The blocks are as wide as the final one: a narrower
+/// block would miss copies of an eigenvalue repeated more often than it has columns.
+const COLD_BLOCKS: usize = 3;
+
+/// Reduction of residuals asked of the first filter behind a cold start or a repair.
+const COLD_GAIN: f64 = 10.0;
+const REPAIR_GAIN: f64 = 1e4;
+
+/// Searches after an inertia count that found pairs missing.
+const MOST_REPAIRS: usize = 3;
+
+/// The problem in elimination order, and what is asked.
+pub(super) struct Search<'a> {
+    pub(super) laplacian: &'a Laplacian<'a>,
+    pub(super) order: &'a EliminationOrder,
+    pub(super) null_space: &'a NullSpace,
+    pub(super) permuted: &'a PermutedLaplacian,
+    pub(super) params: &'a SpectralParams,
+    /// Pairs wanted besides the null vectors; at least 1.
+    pub(super) wanted: usize,
+    /// Columns of the block.
+    pub(super) width: usize,
+}
+
+/// What a search found; the vectors are in its block.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) outcome: Outcome,
+    pub(super) certified: Option<bool>,
+    pub(super) repaired: usize,
+}
+
+impl Search<'_> {
+    /// Fills `x` with Ritz vectors. `z` is scratch.
+    pub(super) fn run(
+        &self,
+        remembered: Option<&Remembered>,
+        factor: &mut CholeskyFactor,
+        (x, z): (&mut RowBlock, &mut RowBlock),
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Found, SpectralError> {
+        let (plan, sigma, cold_solves) = match remembered {
+            Some(remembered) => self.start_warm(remembered, factor, x, rng)?,
+            None => self.start_cold(factor, x, rng)?,
+        };
+        z.reset(x.rows(), x.width());
+        let op = self.operator(factor, sigma);
+        let mut outcome = iterate(&op, x, z, &self.goal(), &plan, rng)?;
+        outcome.solves += cold_solves;
+        let mut found = Found {
+            outcome,
+            certified: None,
+            repaired: 0,
+        };
+        if self.params.certify {
+            self.certify(&mut found, factor, (x, z), sigma, rng)?;
+        }
+        Ok(found)
+    }
+
+    fn operator<'b>(&'b self, factor: &'b CholeskyFactor, sigma: f64) -> ShiftInvert<'b> {
+        ShiftInvert {
+            laplacian: self.permuted,
+            factor,
+            null_space: self.null_space,
+            sigma,
+            threads: self.params.threads,
+        }
+    }
+
+    fn goal(&self) -> Goal {
+        Goal {
+            wanted: self.wanted,
+            tol: self.params.tol,
+            norm: self.laplacian.norm_bound(),
+            max_restarts: self.params.max_restarts,
+        }
+    }
+
+    /// Factors L + σI, with a larger σ where rounding made the wished one indefinite.
+    fn factorize(&self, factor: &mut CholeskyFactor, wish: f64) -> Result<f64, SpectralError> {
+        let norm = self.laplacian.norm_bound();
+        let mut sigma = wish.max(LEAST_SHIFT * norm);
+        while factor.factorize(self.permuted, sigma).is_err() {
+            sigma *= 10.0;
+            if !(sigma < norm) {
+                return Err(SpectralError::NotFinite);
+            }
+        }
+        Ok(sigma)
+    }
+
+    /// Starts from earlier vectors: the plan, σ, and columns solved so far.
+    fn start_warm(
+        &self,
+        remembered: &Remembered,
+        factor: &mut CholeskyFactor,
+        x: &mut RowBlock,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Plan, f64, usize), SpectralError> {
+        let plan = remembered.plan(self.laplacian.dim(), self.wanted, self.width);
+        let sigma = self.factorize(factor, self.shift(plan.wanted))?;
+        let shape = (self.width, self.params.threads);
+        remembered.start_block(self.laplacian, self.order, self.null_space, x, shape, rng);
+        Ok((plan, sigma, 0))
+    }
+
+    fn shift(&self, lambda_k: f64) -> f64 {
+        let tight = self.params.tol < TIGHT;
+        lambda_k * if tight { TIGHT_SHIFT } else { FEATURE_SHIFT }
+    }
+
+    /// Starts from a block Lanczos run on (L + σI)⁻¹.
+    fn start_cold(
+        &self,
+        factor: &mut CholeskyFactor,
+        x: &mut RowBlock,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Plan, f64, usize), SpectralError> {
+        let n = self.laplacian.dim();
+        let mut sigma = self.factorize(factor, COLD_SHIFT * self.laplacian.norm_bound())?;
+        let op = self.operator(factor, sigma);
+        let mut start = Mat::from_fn(n, self.width, |_, _| 2.0 * rng.random::<f64>() - 1.0);
+        op.project_mat(&mut start);
+        let capacity = (COLD_BLOCKS + 1) * self.width;
+        let own = ChaCha8Rng::from_rng(rng);
+        let mut lanczos = BlockLanczos::initialize(&op, start.as_ref(), capacity, own);
+        while lanczos.can_expand() {
+            lanczos.expand();
+        }
+        let pairs = lanczos.ritz_pairs(Wanted::Largest)?;
+        let vectors = lanczos.ritz_vectors(&pairs, self.width);
+        x.reset(n, self.width);
+        x.as_mat_mut().copy_from(&vectors);
+        let value = |j: usize| (pairs.values[j].recip() - sigma).max(f64::MIN_POSITIVE);
+        let plan = Plan {
+            cut: value(self.width - 1),
+            wanted: value(self.wanted - 1),
+            lowest: value(0),
+            gain: COLD_GAIN,
+        };
+        let solves = lanczos.len();
+        if sigma > plan.wanted {
+            sigma = self.factorize(factor, self.shift(plan.wanted))?;
+        }
+        Ok((plan, sigma, solves))
+    }
+
+    /// Counts eigenvalues; where some are missing searches on from random guards and counts again.
+    fn certify(
+        &self,
+        found: &mut Found,
+        factor: &mut CholeskyFactor,
+        (x, z): (&mut RowBlock, &mut RowBlock),
+        sigma: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(), SpectralError> {
+        let nulls = self.null_space.dim();
+        let tol = self.params.tol;
+        for repair in 0..=MOST_REPAIRS {
+            let missing = count_missing(
+                &found.outcome,
+                self.wanted,
+                nulls,
+                tol,
+                self.permuted,
+                factor,
+            );
+            found.certified = missing.map(|m| m == 0);
+            let Some(missing) = missing.filter(|&m| m > 0 && repair < MOST_REPAIRS) else {
+                return Ok(());
+            };
+            found.repaired += missing;
+            let sigma = self.factorize(factor, sigma)?;
+            randomize(x, self.wanted, rng);
+            self.null_space.project_out(x, self.params.threads);
+            let op = self.operator(factor, sigma);
+            let before = &found.outcome;
+            let plan = Plan {
+                cut: before.assessment.cut,
+                wanted: before.values[self.wanted - 1],
+                lowest: before.values[0],
+                gain: REPAIR_GAIN,
+            };
+            let again = iterate(&op, x, z, &self.goal(), &plan, rng)?;
+            found.outcome = again.after(before);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,265 @@
+//! Filtered subspace iteration: from a start block to the lowest eigenpairs.
+//!
+//! Each round filters the block, takes the Rayleigh–Ritz step, measures the true residuals, and
+//! plans the next filter from what is still missing. The block is wider than the pairs wanted: its
+//! *guard* columns widen the gap that the filter works against, and the last of them starts at
+//! random, which is what finds an eigenvector that growth brought in and the old block lacks.
+
+use super::SpectralError;
+use super::assess::{Assessment, assess};
+use super::block::RowBlock;
+use super::filter::Filter;
+use super::rayleigh_ritz::{Ritz, inner_products, ritz, rotate};
+use super::shift_invert::ShiftInvert;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// The next filter aims this far beyond what is missing: a further round costs more than a solve.
+const MARGIN: f64 = 2.0;
+
+/// Below this independence of the basis a final Rayleigh–Ritz step is repeated on its own result, so
+/// that vectors are orthonormal to about 1e-12.
+const INDEPENDENT: f64 = 1e-4;
+
+/// Share of low modes in the other columns of a start block.
+const START_ADMIXTURE: f64 = 0.03;
+
+/// Share that rounding gives them in the course of a filter, at least.
+const LEAST_ADMIXTURE: f64 = 1e-8;
+
+/// Rounds without a halving of the excess after which nothing more is to be hoped for.
+const PATIENCE: usize = 5;
+
+/// What the first round starts from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plan {
+    /// Guess of the first eigenvalue that the block does not hold.
+    pub(super) cut: f64,
+    /// Guesses of λ_k and of the lowest eigenvalue that is not 0.
+    pub(super) wanted: f64,
+    pub(super) lowest: f64,
+    /// Reduction of residuals expected to be necessary.
+    pub(super) gain: f64,
+}
+
+/// What is asked of an iteration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    /// Pairs wanted besides the null vectors.
+    pub(super) wanted: usize,
+    pub(super) tol: f64,
+    /// Bound on ‖L‖.
+    pub(super) norm: f64,
+    pub(super) max_restarts: usize,
+}
+
+/// The Ritz pairs that a block holds after an iteration, and what they cost.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    /// Ritz values of all columns, ascending; infinite for columns that hold nothing.
+    pub(super) values: Vec<f64>,
+    pub(super) residuals: Vec<f64>,
+    pub(super) assessment: Assessment,
+    pub(super) rounds: usize,
+    /// Columns multiplied by L and columns solved.
+    pub(super) applications: usize,
+    pub(super) solves: usize,
+    /// The reduction of residuals that would just have sufficed in the first round.
+    pub(super) gain_needed: f64,
+}
+
+impl Outcome {
+    /// The same pairs, with the cost of an earlier iteration added.
+    pub(super) fn after(mut self, earlier: &Outcome) -> Self {
+        self.rounds += earlier.rounds;
+        self.applications += earlier.applications;
+        self.solves += earlier.solves;
+        self.gain_needed = earlier.gain_needed;
+        self
+    }
+}
+
+/// Turns the start block `x` into Ritz vectors. `z` is scratch of the same shape.
+pub(super) fn iterate(
+    op: &ShiftInvert<'_>,
+    x: &mut RowBlock,
+    z: &mut RowBlock,
+    goal: &Goal,
+    plan: &Plan,
+    rng: &mut ChaCha8Rng,
+) -> Result<Outcome, SpectralError> {
+    let mut filter = first_filter(plan, op.sigma);
+    let first_gain = filter.gain(plan.wanted).max(1.0);
+    let mut patience = Patience::default();
+    let (mut applications, mut solves) = (0, 0);
+    let mut gain_needed = None;
+    for rounds in 1.. {
+        filter.apply(op, x, z);
+        solves += filter.solves() * x.width();
+        op.project(x);
+        let (mut pairs, independence) = rayleigh_ritz(op, x, z, goal)?;
+        applications += x.width();
+        let hopeless = rounds > goal.max_restarts || patience.is_lost(pairs.assessment.excess);
+        let last = hopeless || pairs.assessment.converged == goal.wanted;
+        if last && independence < INDEPENDENT {
+            pairs = refined(op, x, z, goal)?;
+            applications += 2 * x.width();
+        }
+        let gain_needed = *gain_needed.get_or_insert(first_gain * pairs.assessment.excess);
+        if hopeless || pairs.assessment.converged == goal.wanted {
+            return Ok(Outcome {
+                values: pairs.values,
+                residuals: pairs.residuals,
+                assessment: pairs.assessment,
+                rounds,
+                applications,
+                solves,
+                gain_needed,
+            });
+        }
+        refill(op, x, &pairs.values, rng);
+        filter = next_filter(&pairs, goal.wanted, op.sigma);
+    }
+    unreachable!("the loop over rounds has no end of its own")
+}
+
+/// Ritz values of all columns, their residuals, and what they amount to.
+struct Pairs {
+    values: Vec<f64>,
+    residuals: Vec<f64>,
+    assessment: Assessment,
+}
+
+/// Notices when rounds no longer help.
+struct Patience {
+    best: f64,
+    left: usize,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self {
+            best: f64::INFINITY,
+            left: PATIENCE,
+        }
+    }
+}
+
+impl Patience {
+    fn is_lost(&mut self, excess: f64) -> bool {
+        if excess < 0.5 * self.best {
+            (self.best, self.left) = (excess, PATIENCE);
+        } else {
+            self.left -= 1;
+        }
+        self.left == 0
+    }
+}
+
+fn first_filter(plan: &Plan, sigma: f64) -> Filter {
+    let admixture = [(plan.lowest, START_ADMIXTURE)];
+    Filter::with_gain((plan.gain, plan.wanted), &admixture, plan.cut, sigma)
+}
+
+/// The filter for what is still missing. After a Rayleigh–Ritz step a mode is part of other columns
+/// only as far as its own column is off: by about residual ÷ gap.
+fn next_filter(pairs: &Pairs, wanted: usize, sigma: f64) -> Filter {
+    let cut = pairs.assessment.cut;
+    let admixtures: Vec<(f64, f64)> = pairs
+        .values
+        .iter()
+        .zip(&pairs.residuals)
+        .filter(|&(&theta, _)| theta < cut)
+        .map(|(&theta, &r)| (theta, (r / (cut - theta)).max(LEAST_ADMIXTURE)))
+        .collect();
+    let gain = MARGIN * pairs.assessment.excess;
+    Filter::with_gain((gain, pairs.values[wanted - 1]), &admixtures, cut, sigma)
+}
+
+/// Rotates `x`, for which x = M⁻¹ z before projection, to Ritz vectors; returns them and the
+/// independence of the basis.
+fn rayleigh_ritz(
+    op: &ShiftInvert<'_>,
+    x: &mut RowBlock,
+    z: &RowBlock,
+    goal: &Goal,
+) -> Result<(Pairs, f64), SpectralError> {
+    let gram = inner_products(x, x, op.threads);
+    if !gram.is_all_finite() {
+        return Err(SpectralError::NotFinite);
+    }
+    // XᵀLX without a product by L: LX = Z − σX, and the projection does not change it.
+    let projected = inner_products(x, z, op.threads) - faer::Scale(op.sigma) * &gram;
+    let ritz = ritz(&gram, &projected)?;
+    rotate(x, &ritz.coefficients, op.threads);
+    Ok((measured(op, x, &ritz, goal), ritz.independence))
+}
+
+/// Once more, from a basis that is nearly orthonormal and with a true product by L.
+fn refined(
+    op: &ShiftInvert<'_>,
+    x: &mut RowBlock,
+    z: &mut RowBlock,
+    goal: &Goal,
+) -> Result<Pairs, SpectralError> {
+    op.laplacian.multiply(x, z, op.threads);
+    let gram = inner_products(x, x, op.threads);
+    let ritz = ritz(&gram, &inner_products(x, z, op.threads))?;
+    rotate(x, &ritz.coefficients, op.threads);
+    Ok(measured(op, x, &ritz, goal))
+}
+
+fn measured(op: &ShiftInvert<'_>, x: &RowBlock, ritz: &Ritz, goal: &Goal) -> Pairs {
+    let values = padded(ritz, x.width());
+    let residuals = residual_norms(op, x, &values);
+    Pairs {
+        assessment: assess(&values, &residuals, goal.wanted, goal.tol, goal.norm),
+        values,
+        residuals,
+    }
+}
+
+/// One value per column of the block: ∞ where the basis was short of rank.
+fn padded(ritz: &Ritz, width: usize) -> Vec<f64> {
+    let mut values = ritz.values.clone();
+    values.resize(width, f64::INFINITY);
+    values
+}
+
+fn residual_norms(op: &ShiftInvert<'_>, x: &RowBlock, values: &[f64]) -> Vec<f64> {
+    let finite: Vec<f64> = values
+        .iter()
+        .map(|&v| if v.is_finite() { v } else { 0.0 })
+        .collect();
+    op.laplacian
+        .squared_residuals(x, &finite, op.threads)
+        .into_iter()
+        .zip(values)
+        .map(|(square, v)| {
+            if v.is_finite() {
+                square.sqrt()
+            } else {
+                f64::INFINITY
+            }
+        })
+        .collect()
+}
+
+/// Fills columns that hold nothing with random numbers, off the null space.
+fn refill(op: &ShiftInvert<'_>, x: &mut RowBlock, values: &[f64], rng: &mut ChaCha8Rng) {
+    let first = values.partition_point(|v| v.is_finite());
+    if first < x.width() {
+        randomize(x, first, rng);
+        op.project(x);
+    }
+}
+
+/// Overwrites the columns from `first` on by random numbers of about unit norm.
+pub(super) fn randomize(x: &mut RowBlock, first: usize, rng: &mut ChaCha8Rng) {
+    let scale = (3.0 / x.rows() as f64).sqrt();
+    for i in 0..x.rows() {
+        for v in &mut x.row_mut(i)[first..] {
+            *v = scale * (2.0 * rng.random::<f64>() - 1.0);
+        }
+    }
+}
