@@ -184,13 +184,16 @@ pub struct Track {
     /// Seed of the random start vectors
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
+    /// Prove at each update, by counting eigenvalues, that no pair was missed
+    #[arg(long)]
+    pub certify: bool,
     /// Write the eigenvectors of the whole graph, n × k, as a NumPy file
     #[arg(long, value_name = "OUT.npy")]
     pub vectors: Option<PathBuf>,
     /// Print the updates as JSON
     #[arg(long)]
     pub json: bool,
-    /// Exit with 4 if an update did not converge
+    /// Exit with 4 if an update did not converge, or under --certify could not be proved complete
     #[arg(long)]
     pub strict: bool,
 }

@@ -440,6 +440,23 @@ mod graphs_refused {
     }
 
     #[test]
+    fn unwritable_results() {
+        let program = Program::new();
+        let file = program.file("g.mtx", &path_graph(10));
+        let words = ["g.mtx/v: cannot write"];
+        program.refuses(
+            &["track", file, "--k", "2", "--vectors", "g.mtx/v"],
+            3,
+            &words,
+        );
+        program.refuses(
+            &["potential", file, "--goal", "1", "--out", "g.mtx/v"],
+            3,
+            &words,
+        );
+    }
+
+    #[test]
     fn goal_that_is_no_node() {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(10));
@@ -879,6 +896,7 @@ mod tracks {
             "converged",
             "cold_start",
             "eigenvalues",
+            "cluster_cut",
         ];
         assert_eq!(fields, expected);
         assert_eq!(

@@ -12,6 +12,7 @@ use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::telemetry::{self, Telemetry};
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::level_filters::LevelFilter;
@@ -116,6 +117,16 @@ fn print(text: &str) -> Result<()> {
 /// Prints a result as one line of JSON.
 fn print_json(value: &impl serde::Serialize) -> Result<()> {
     print(&serde_json::to_string(value)?)
+}
+
+/// Finds out before hours of work whether a file can be written at the end.
+fn require_writable(path: Option<&Path>) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    match tempfile::tempfile_in(folder.unwrap_or(Path::new("."))) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
+    }
 }
 
 /// A flag that Ctrl-C sets; the second Ctrl-C ends the program at once.

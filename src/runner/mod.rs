@@ -2,7 +2,7 @@
 //!
 //! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
 //! - [`run`]: one seed into a run folder, records written as they happen.
-//! - [`track`], [`potential_of_graph`]: spectra and potentials of any graph, without a world.
+//! - [`potential_of_graph`]: the potential of any graph, without a world.
 
 mod build;
 mod error;
@@ -13,7 +13,6 @@ mod potential;
 mod records;
 mod run;
 mod session;
-mod track;
 
 pub use build::{build_engine, pipeline_params};
 pub use error::RunnerError;
@@ -23,4 +22,3 @@ pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
-pub use track::{TrackReport, TrackUpdate, track, track_sizes};
