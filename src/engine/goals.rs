@@ -36,7 +36,11 @@ impl GoalBook {
             ending.count += 1;
             return false;
         }
-        self.endings.push(Ending { state, reward_sum: reward, count: 1 });
+        self.endings.push(Ending {
+            state,
+            reward_sum: reward,
+            count: 1,
+        });
         true
     }
 
@@ -92,7 +96,11 @@ impl GoalBook {
 
     /// Mean cost −r of a step, at least 0.
     pub fn step_cost(&self) -> f64 {
-        if self.steps == 0 { 0.0 } else { (-self.step_rewards / self.steps as f64).max(0.0) }
+        if self.steps == 0 {
+            0.0
+        } else {
+            (-self.step_rewards / self.steps as f64).max(0.0)
+        }
     }
 
     /// By how many steps each goal is worse than the best one: (state, ⌈(r* − r) ÷ step cost⌉).
@@ -101,12 +109,19 @@ impl GoalBook {
         const HOPELESS: f64 = 1e6;
         let step_cost = self.step_cost();
         let goals = self.goals();
-        let best = goals.iter().map(|goal| goal.reward).fold(f64::NEG_INFINITY, f64::max);
+        let best = goals
+            .iter()
+            .map(|goal| goal.reward)
+            .fold(f64::NEG_INFINITY, f64::max);
         goals
             .iter()
             .map(|goal| {
                 let loss = best - goal.reward;
-                let steps = if loss == 0.0 { 0.0 } else { (loss / step_cost).min(HOPELESS) };
+                let steps = if loss == 0.0 {
+                    0.0
+                } else {
+                    (loss / step_cost).min(HOPELESS)
+                };
                 (goal.state, steps.ceil() as u32)
             })
             .collect()

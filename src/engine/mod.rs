@@ -37,7 +37,15 @@ pub type DiscoveryHook<S> = Box<dyn Fn(&S) -> f64 + Send>;
 impl<E: Environment, A: Agent> Engine<E, A> {
     /// Joins the three.
     pub fn new(env: E, pipeline: ShapingPipeline<E::State>, agent: A) -> Self {
-        Self { env, pipeline, agent, episode: 0, step: 0, first_goal_step: None, on_discovery: None }
+        Self {
+            env,
+            pipeline,
+            agent,
+            episode: 0,
+            step: 0,
+            first_goal_step: None,
+            on_discovery: None,
+        }
     }
 
     /// Tells the oracle potential the true distance of every state as it is discovered.
@@ -50,13 +58,19 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     ///
     /// # Errors
     /// As [`ShapingPipeline::observe`].
-    pub fn run_episode(&mut self, mut on_refresh: impl FnMut(&RefreshRecord)) -> Result<EpisodeRecord, PipelineError> {
+    pub fn run_episode(
+        &mut self,
+        mut on_refresh: impl FnMut(&RefreshRecord),
+    ) -> Result<EpisodeRecord, PipelineError> {
         let start = self.env.reset();
         let mut state = self.pipeline.begin_episode(&start);
         self.tell_distance(state);
         let mut record = self.begin_record();
         loop {
-            let action = self.agent.select_action(Situation { state, advice: self.pipeline.advice() });
+            let action = self.agent.select_action(Situation {
+                state,
+                advice: self.pipeline.advice(),
+            });
             let step = self.env.step(action);
             self.step += 1;
             let seen = self.pipeline.observe(action, &step)?;
@@ -77,7 +91,10 @@ impl<E: Environment, A: Agent> Engine<E, A> {
                 action,
                 reward,
                 shaping: seen.shaping,
-                next: Situation { state: seen.state, advice: self.pipeline.advice() },
+                next: Situation {
+                    state: seen.state,
+                    advice: self.pipeline.advice(),
+                },
                 status: step.status,
             });
             record.length += 1;

@@ -13,8 +13,8 @@ use crate::gcn::GcnParams;
 use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
 use crate::shaping::{
-    Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper, ShapingError, ShapingParams,
-    build_potential,
+    Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
+    ShapingError, ShapingParams, build_potential,
 };
 use crate::spectral::{ProtoValueFunctions, SpectralError, SpectralParams};
 use faer::Mat;
@@ -107,16 +107,28 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// An empty graph, a flat potential.
     ///
     /// The spectrum is kept up to date if the potential uses it or `needs_features` says that the agent does.
-    pub fn new(params: &PipelineParams, num_actions: usize, needs_features: bool, seed: u64) -> Self {
+    pub fn new(
+        params: &PipelineParams,
+        num_actions: usize,
+        needs_features: bool,
+        seed: u64,
+    ) -> Self {
         let guide = match params.exploration.kind {
             ExplorationKind::None => Guide::None,
             ExplorationKind::CountBonus => Guide::Bonus(CountBonus::new(params.exploration.bonus)),
             ExplorationKind::Frontier => {
                 let rng = seeds::stream(seed, Stream::Exploration);
-                Guide::Frontier(Box::new(Explorer::new(params.exploration.clone(), num_actions, rng)))
+                Guide::Frontier(Box::new(Explorer::new(
+                    params.exploration.clone(),
+                    num_actions,
+                    rng,
+                )))
             }
         };
-        let learnt = matches!(params.shaping.potential, PotentialKind::Gcn | PotentialKind::Report);
+        let learnt = matches!(
+            params.shaping.potential,
+            PotentialKind::Gcn | PotentialKind::Report
+        );
         Self {
             graph: StateGraph::new(num_actions),
             spectrum: ProtoValueFunctions::new(params.spectral.clone(), seed),
@@ -155,7 +167,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// If the reward is not finite, or the spectrum or the potential cannot be computed.
     pub fn observe(&mut self, action: Action, step: &Step<S>) -> Result<Observed, PipelineError> {
         if !step.reward.is_finite() {
-            return Err(PipelineError::Reward { step: self.step, reward: step.reward });
+            return Err(PipelineError::Reward {
+                step: self.step,
+                reward: step.reward,
+            });
         }
         self.step += 1;
         let terminated = step.status == StepStatus::Terminated;
@@ -173,7 +188,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         if !step.status.is_last() {
             self.update_advice();
         }
-        Ok(Observed { state: next, shaping, bonus, new_state, first_goal, refresh })
+        Ok(Observed {
+            state: next,
+            shaping,
+            bonus,
+            new_state,
+            first_goal,
+            refresh,
+        })
     }
 
     /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration.
@@ -206,7 +228,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         self.model.set_true_distance(state, distance);
     }
 
-    fn record(&mut self, action: Action, reward: f64, next: StateId, new_state: bool, terminated: bool) {
+    fn record(
+        &mut self,
+        action: Action,
+        reward: f64,
+        next: StateId,
+        new_state: bool,
+        terminated: bool,
+    ) {
         let from = self.state;
         let untried = self.graph.transitions().tries(from, action) == 0;
         let new_edge = self.graph.record(from, action, reward, next, terminated);
@@ -216,7 +245,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         }
         if let Guide::Frontier(explorer) = &mut self.guide {
             let first_time = untried || new_edge || new_state;
-            explorer.learn(self.graph.transitions(), from, action, next, terminated, first_time);
+            explorer.learn(
+                self.graph.transitions(),
+                from,
+                action,
+                next,
+                terminated,
+                first_time,
+            );
         }
     }
 
@@ -243,7 +279,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         }
     }
 
-    fn refresh_if_due(&mut self, episode_over: bool) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
+    fn refresh_if_due(
+        &mut self,
+        episode_over: bool,
+    ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
         let spectrum_due = self.needs_spectrum && self.schedule.spectrum_due(now);
         let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
@@ -290,8 +329,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         self.table.replace(&fit)?;
         record.fit = Some(fit);
         if let Guide::Frontier(explorer) = &mut self.guide {
-            let destinations: Vec<_> =
-                handicaps.into_iter().map(|(state, handicap)| Destination { state, handicap }).collect();
+            let destinations: Vec<_> = handicaps
+                .into_iter()
+                .map(|(state, handicap)| Destination { state, handicap })
+                .collect();
             explorer.set_destinations(self.graph.transitions(), &destinations);
             self.unit = mean_rise(self.table.values(), explorer.eccentricity());
         }
@@ -300,7 +341,13 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
 
     fn update_advice(&mut self) {
         if let Guide::Frontier(explorer) = &mut self.guide {
-            explorer.advise(self.graph.transitions(), self.state, &self.table, self.unit, &mut self.advice);
+            explorer.advise(
+                self.graph.transitions(),
+                self.state,
+                &self.table,
+                self.unit,
+                &mut self.advice,
+            );
         }
     }
 
@@ -313,7 +360,15 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
 /// Range of φ ÷ the hops of the farthest state: what one step towards the goal raises φ by. 1 for a flat φ, whose
 /// differences are all 0 anyway.
 fn mean_rise(values: &[f64], eccentricity: u32) -> f64 {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(*v), high.max(*v))
+        });
     let range = high - low;
-    if range > 0.0 && eccentricity > 0 { range / f64::from(eccentricity) } else { 1.0 }
+    if range > 0.0 && eccentricity > 0 {
+        range / f64::from(eccentricity)
+    } else {
+        1.0
+    }
 }

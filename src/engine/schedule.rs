@@ -17,7 +17,11 @@ pub struct ScheduleParams {
 
 impl Default for ScheduleParams {
     fn default() -> Self {
-        Self { growth: 0.05, refit_every: 50, edge_growth: 0.01 }
+        Self {
+            growth: 0.05,
+            refit_every: 50,
+            edge_growth: 0.01,
+        }
     }
 }
 
@@ -46,7 +50,11 @@ impl ScheduleParams {
             }
         }
         if self.refit_every == 0 {
-            return Err(ScheduleParamsError { key: "refit_every", value: 0.0, rule: "must be at least 1" });
+            return Err(ScheduleParamsError {
+                key: "refit_every",
+                value: 0.0,
+                rule: "must be at least 1",
+            });
         }
         Ok(())
     }
@@ -76,7 +84,11 @@ pub struct RefreshSchedule {
 impl RefreshSchedule {
     /// Nothing refreshed yet.
     pub fn new(params: ScheduleParams) -> Self {
-        Self { params, spectrum: None, fit: None }
+        Self {
+            params,
+            spectrum: None,
+            fit: None,
+        }
     }
 
     /// Whether the graph has outgrown the spectrum.
@@ -87,9 +99,12 @@ impl RefreshSchedule {
     /// Whether the potential should be fitted, once there is something to fit it on.
     pub fn fit_due(&self, now: Moment, episode_over: bool) -> bool {
         self.fit.is_none_or(|then| {
-            let changed = now.nodes > then.nodes || now.edges > then.edges || now.pairs_tried > then.pairs_tried;
+            let changed = now.nodes > then.nodes
+                || now.edges > then.edges
+                || now.pairs_tried > then.pairs_tried;
             let waited = now.step - then.step >= self.params.refit_every;
-            let gained = (now.edges - then.edges) as f64 >= self.params.edge_growth * then.edges as f64;
+            let gained =
+                (now.edges - then.edges) as f64 >= self.params.edge_growth * then.edges as f64;
             changed && (episode_over || self.has_grown(then, now) || (waited && gained))
         })
     }
@@ -119,13 +134,21 @@ mod tests {
     use super::*;
 
     fn at(step: u64, nodes: usize, edges: usize) -> Moment {
-        Moment { step, nodes, edges, pairs_tried: edges as u64 }
+        Moment {
+            step,
+            nodes,
+            edges,
+            pairs_tried: edges as u64,
+        }
     }
 
     #[test]
     fn spectrum_follows_the_growth_in_nodes() {
         let mut schedule = RefreshSchedule::new(ScheduleParams::default());
-        assert!(!schedule.spectrum_due(at(0, 1, 0)), "one node has no spectrum worth a refresh");
+        assert!(
+            !schedule.spectrum_due(at(0, 1, 0)),
+            "one node has no spectrum worth a refresh"
+        );
         assert!(schedule.spectrum_due(at(1, 2, 1)));
         schedule.spectrum_refreshed(at(1, 100, 120));
         assert!(!schedule.spectrum_due(at(9, 104, 130)));
@@ -135,9 +158,15 @@ mod tests {
     #[test]
     fn fit_waits_for_the_end_of_the_episode_unless_much_has_changed() {
         let mut schedule = RefreshSchedule::new(ScheduleParams::default());
-        assert!(schedule.fit_due(at(5, 3, 2), false), "nothing was fitted yet");
+        assert!(
+            schedule.fit_due(at(5, 3, 2), false),
+            "nothing was fitted yet"
+        );
         schedule.fitted(at(100, 100, 100));
-        assert!(!schedule.fit_due(at(500, 100, 100), true), "nothing has changed");
+        assert!(
+            !schedule.fit_due(at(500, 100, 100), true),
+            "nothing has changed"
+        );
         assert!(!schedule.fit_due(at(110, 100, 101), false));
         assert!(schedule.fit_due(at(110, 100, 101), true));
         assert!(schedule.fit_due(at(150, 100, 101), false));

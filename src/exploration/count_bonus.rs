@@ -12,7 +12,10 @@ pub struct CountBonus {
 impl CountBonus {
     /// A bonus of `beta` reward units at the first visit.
     pub fn new(beta: f64) -> Self {
-        Self { beta, visits: Vec::new() }
+        Self {
+            beta,
+            visits: Vec::new(),
+        }
     }
 
     /// Counts a visit of `state` and returns β/√N. Amortised O(1).

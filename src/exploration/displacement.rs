@@ -63,7 +63,9 @@ pub struct Displacements {
 impl Displacements {
     /// Nothing known yet.
     pub fn new(num_actions: usize) -> Self {
-        let directions = (0..num_actions).map(|axis| Direction { axis, sign: 1 }).collect();
+        let directions = (0..num_actions)
+            .map(|axis| Direction { axis, sign: 1 })
+            .collect();
         Self {
             num_actions,
             tests: vec![0; num_actions * num_actions],
@@ -117,7 +119,12 @@ impl Displacements {
     }
 
     /// What the untried `action` in `from` is expected to do. O(degree).
-    pub fn predict(&mut self, graph: &TransitionGraph, from: StateId, action: Action) -> Prediction {
+    pub fn predict(
+        &mut self,
+        graph: &TransitionGraph,
+        from: StateId,
+        action: Action,
+    ) -> Prediction {
         if let Some(back) = self.inverse[action.index()] {
             for &neighbor in graph.adjacency().neighbors(from.0) {
                 if graph.likely_successor(StateId(neighbor), back) == Some(from) {
@@ -144,7 +151,11 @@ impl Displacements {
         }
         self.load_target(from, action);
         let goal = &self.positions[goal.index() * self.num_axes..][..self.num_axes];
-        self.scratch.iter().zip(goal).map(|(a, b)| a.abs_diff(*b)).sum()
+        self.scratch
+            .iter()
+            .zip(goal)
+            .map(|(a, b)| a.abs_diff(*b))
+            .sum()
     }
 
     /// Puts the position to which `action` leads from `from` into `scratch`.
@@ -179,7 +190,13 @@ impl Displacements {
     }
 
     /// Tests the new step against its known successors and predecessors.
-    fn test_undoing(&mut self, graph: &TransitionGraph, from: StateId, action: Action, to: StateId) {
+    fn test_undoing(
+        &mut self,
+        graph: &TransitionGraph,
+        from: StateId,
+        action: Action,
+        to: StateId,
+    ) {
         for b in (0..self.num_actions as u16).map(Action) {
             if let Some(next) = graph.likely_successor(to, b).filter(|next| *next != to) {
                 self.count_undo(action, b, next == from);
@@ -198,7 +215,11 @@ impl Displacements {
         let pair = first.index() * self.num_actions + second.index();
         self.tests[pair] += 1;
         self.undone[pair] += u32::from(undone);
-        if undone && self.inverse[first.index()].is_none() && self.undoes(first, second) && self.undoes(second, first) {
+        if undone
+            && self.inverse[first.index()].is_none()
+            && self.undoes(first, second)
+            && self.undoes(second, first)
+        {
             self.inverse[first.index()] = Some(second);
             self.inverse[second.index()] = Some(first);
             self.rebuild_axes();
@@ -216,10 +237,16 @@ impl Displacements {
         self.num_axes = 0;
         for a in 0..self.num_actions {
             self.directions[a] = match self.inverse[a] {
-                Some(b) if b.index() < a => Direction { axis: self.directions[b.index()].axis, sign: -1 },
+                Some(b) if b.index() < a => Direction {
+                    axis: self.directions[b.index()].axis,
+                    sign: -1,
+                },
                 _ => {
                     self.num_axes += 1;
-                    Direction { axis: self.num_axes - 1, sign: 1 }
+                    Direction {
+                        axis: self.num_axes - 1,
+                        sign: 1,
+                    }
                 }
             };
         }

@@ -24,7 +24,12 @@ impl Distances {
 
     /// The largest distance of a state that was reached; 0 before the first search.
     pub fn eccentricity(&self) -> u32 {
-        self.hops.iter().copied().filter(|hops| *hops != UNREACHED).max().unwrap_or(0)
+        self.hops
+            .iter()
+            .copied()
+            .filter(|hops| *hops != UNREACHED)
+            .max()
+            .unwrap_or(0)
     }
 
     /// A state found after the last search, one hop from `from`.
@@ -38,7 +43,9 @@ impl Distances {
 
     /// Hops from `start` to every state. O(n + m).
     pub fn search_from(&mut self, graph: &TransitionGraph, start: StateId) {
-        self.search(graph, &[(start, 0)], |from, to| is_possible(graph, from, to));
+        self.search(graph, &[(start, 0)], |from, to| {
+            is_possible(graph, from, to)
+        });
     }
 
     /// Hops from every state to the nearest of `goals`, each with a handicap in hops. O(n + m).
@@ -47,7 +54,12 @@ impl Distances {
     }
 
     /// Breadth-first search from sources that join in at their handicap.
-    fn search(&mut self, graph: &TransitionGraph, sources: &[(StateId, u32)], possible: impl Fn(StateId, StateId) -> bool) {
+    fn search(
+        &mut self,
+        graph: &TransitionGraph,
+        sources: &[(StateId, u32)],
+        possible: impl Fn(StateId, StateId) -> bool,
+    ) {
         self.hops.clear();
         self.hops.resize(graph.num_states(), UNREACHED);
         let mut waiting: Vec<(StateId, u32)> = sources.to_vec();

@@ -90,7 +90,15 @@ impl Explorer {
     }
 
     /// Learns from a step that the graph has recorded; `first_time` if this outcome was not seen before.
-    pub fn learn(&mut self, graph: &TransitionGraph, from: StateId, action: Action, to: StateId, terminal: bool, first_time: bool) {
+    pub fn learn(
+        &mut self,
+        graph: &TransitionGraph,
+        from: StateId,
+        action: Action,
+        to: StateId,
+        terminal: bool,
+        first_time: bool,
+    ) {
         self.search.advance(from, action);
         self.heading = Some(action);
         if !self.destinations.is_empty() {
@@ -98,7 +106,8 @@ impl Explorer {
             self.search_steps += u64::from(self.searching);
         }
         if terminal {
-            self.terminal.resize(self.terminal.len().max(to.index() + 1), false);
+            self.terminal
+                .resize(self.terminal.len().max(to.index() + 1), false);
             self.terminal[to.index()] = true;
         }
         if first_time {
@@ -125,14 +134,25 @@ impl Explorer {
         self.exhausted = [false; 2];
         if !self.destinations.is_empty() {
             self.from_start.search_from(graph, self.start);
-            let goals: Vec<_> = self.destinations.iter().map(|goal| (goal.state, goal.handicap)).collect();
+            let goals: Vec<_> = self
+                .destinations
+                .iter()
+                .map(|goal| (goal.state, goal.handicap))
+                .collect();
             self.to_goal.search_to(graph, &goals);
         }
     }
 
     /// Writes the advice for `state` into `advice`, one logit per action. `unit` is the rise of the potential that
     /// one step towards the goal is worth on average.
-    pub fn advise(&mut self, graph: &TransitionGraph, state: StateId, potential: &impl Potential, unit: f64, advice: &mut [f64]) {
+    pub fn advise(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
         advice.fill(0.0);
         if let Some(action) = self.plan(graph, state) {
             advice[action.index()] = self.params.frontier_advice;
@@ -150,7 +170,10 @@ impl Explorer {
             self.look(graph, state, Quest::FirstGoal);
             return self.search.planned(state);
         }
-        for (i, quest) in [Quest::ShorterPath, Quest::OtherGoal].into_iter().enumerate() {
+        for (i, quest) in [Quest::ShorterPath, Quest::OtherGoal]
+            .into_iter()
+            .enumerate()
+        {
             if !self.exhausted[i] && self.is_wanted(quest, state) {
                 self.exhausted[i] = !self.look(graph, state, quest);
                 if !self.exhausted[i] {
@@ -170,8 +193,13 @@ impl Explorer {
             (_, Optimism::None) => false,
             (Quest::OtherGoal, Optimism::SeenGoals) => {
                 let trip = f64::from(self.to_goal.get(self.start));
-                let left = trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
-                if self.searching { left > 0.0 } else { state == self.start && left >= trip }
+                let left =
+                    trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
+                if self.searching {
+                    left > 0.0
+                } else {
+                    state == self.start && left >= trip
+                }
             }
             _ => true,
         }
@@ -189,11 +217,19 @@ impl Explorer {
             quest,
             best,
         };
-        self.search.search(&mut view, state, self.heading, &mut self.rng)
+        self.search
+            .search(&mut view, state, self.heading, &mut self.rng)
     }
 
     /// Look-ahead advice: the expected rise of the potential along each action whose outcome is known.
-    fn advise_potential(&mut self, graph: &TransitionGraph, state: StateId, potential: &impl Potential, unit: f64, advice: &mut [f64]) {
+    fn advise_potential(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
         let here = potential.value(state);
         let weight = self.params.potential_advice / unit;
         for (i, logit) in advice.iter_mut().enumerate() {
@@ -206,7 +242,8 @@ impl Explorer {
         }
         for outcome in graph.outcomes(state) {
             let share = f64::from(outcome.count) / f64::from(graph.tries(state, outcome.action));
-            advice[outcome.action.index()] += weight * share * (potential.value(outcome.next) - here);
+            advice[outcome.action.index()] +=
+                weight * share * (potential.value(outcome.next) - here);
         }
     }
 }
@@ -237,7 +274,8 @@ impl QuestView<'_> {
             (Quest::OtherGoal, _) => 1,
             _ => {
                 let bounds = self.destinations.iter().map(|goal| {
-                    goal.handicap.saturating_add(self.displacements.lower_bound(state, action, goal.state))
+                    goal.handicap
+                        .saturating_add(self.displacements.lower_bound(state, action, goal.state))
                 });
                 bounds.min().unwrap_or(0).saturating_add(1)
             }
@@ -270,7 +308,14 @@ impl FrontierView for QuestView<'_> {
                 _ => Interest::Promising,
             };
         }
-        let through = self.from_start.get(state).saturating_add(self.optimistic_steps(state, action, prediction));
-        if through < self.best { Interest::Promising } else { Interest::None }
+        let through = self
+            .from_start
+            .get(state)
+            .saturating_add(self.optimistic_steps(state, action, prediction));
+        if through < self.best {
+            Interest::Promising
+        } else {
+            Interest::None
+        }
     }
 }

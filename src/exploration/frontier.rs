@@ -65,7 +65,10 @@ impl FrontierSearch {
 
     /// The planned action in `state`, if the plan is there.
     pub fn planned(&self, state: StateId) -> Option<Action> {
-        self.plan.last().filter(|step| step.0 == state).map(|step| step.1)
+        self.plan
+            .last()
+            .filter(|step| step.0 == state)
+            .map(|step| step.1)
     }
 
     /// Whether no step is planned.
@@ -90,14 +93,24 @@ impl FrontierSearch {
     /// Plans a path from `from` to the nearest promising action (a last resort if there is none) and says
     /// whether there is one. Ties at the frontier go to the action that continues the path (`heading` at the
     /// start), then to chance. O(states and transitions nearer than the frontier).
-    pub fn search(&mut self, view: &mut impl FrontierView, from: StateId, heading: Option<Action>, rng: &mut ChaCha8Rng) -> bool {
+    pub fn search(
+        &mut self,
+        view: &mut impl FrontierView,
+        from: StateId,
+        heading: Option<Action>,
+        rng: &mut ChaCha8Rng,
+    ) -> bool {
         self.plan.clear();
         self.epoch += 1;
         self.queue.clear();
         self.visit(from, (from, Action(0)));
         let mut last_resort = None;
         while let Some(state) = self.queue.pop_front() {
-            let arriving = if state == from { heading } else { Some(self.parent[state.index()].1) };
+            let arriving = if state == from {
+                heading
+            } else {
+                Some(self.parent[state.index()].1)
+            };
             if let Some(action) = self.choose(view, state, arriving, &mut last_resort, rng) {
                 self.trace(from, state, action);
                 return true;
@@ -143,7 +156,10 @@ impl FrontierSearch {
         for i in 0..num_actions {
             let action = Action(((i + offset) % num_actions) as u16);
             if let Some(next) = view.successor(state, action) {
-                let seen = self.visited.get(next.index()).is_some_and(|epoch| *epoch == self.epoch);
+                let seen = self
+                    .visited
+                    .get(next.index())
+                    .is_some_and(|epoch| *epoch == self.epoch);
                 if !seen {
                     self.visit(next, (state, action));
                 }
@@ -154,7 +170,8 @@ impl FrontierSearch {
     fn visit(&mut self, state: StateId, parent: (StateId, Action)) {
         if state.index() >= self.visited.len() {
             self.visited.resize(state.index() + 1, 0);
-            self.parent.resize(state.index() + 1, (StateId(0), Action(0)));
+            self.parent
+                .resize(state.index() + 1, (StateId(0), Action(0)));
         }
         self.visited[state.index()] = self.epoch;
         self.parent[state.index()] = parent;

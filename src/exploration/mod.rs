@@ -99,10 +99,25 @@ impl ExplorationParams {
     pub fn validate(&self) -> Result<(), ExplorationParamsError> {
         let non_negative = "must be finite and at least 0";
         let checks = [
-            ("frontier_advice", self.frontier_advice, f64::INFINITY, non_negative),
-            ("potential_advice", self.potential_advice, f64::INFINITY, non_negative),
+            (
+                "frontier_advice",
+                self.frontier_advice,
+                f64::INFINITY,
+                non_negative,
+            ),
+            (
+                "potential_advice",
+                self.potential_advice,
+                f64::INFINITY,
+                non_negative,
+            ),
             ("bonus", self.bonus, f64::INFINITY, non_negative),
-            ("search_share", self.search_share, 1.0, "must be at least 0 and below 1"),
+            (
+                "search_share",
+                self.search_share,
+                1.0,
+                "must be at least 0 and below 1",
+            ),
         ];
         for (key, value, limit, rule) in checks {
             if !(0.0..limit).contains(&value) {
@@ -119,10 +134,21 @@ mod tests {
 
     #[test]
     fn defaults_are_valid_and_broken_rules_name_their_key() {
-        ExplorationParams::default().validate().expect("defaults are valid");
-        let broken = ExplorationParams { search_share: 1.0, ..Default::default() };
-        assert_eq!(broken.validate().expect_err("1 is too much").key, "search_share");
-        let broken = ExplorationParams { bonus: f64::NAN, ..Default::default() };
+        ExplorationParams::default()
+            .validate()
+            .expect("defaults are valid");
+        let broken = ExplorationParams {
+            search_share: 1.0,
+            ..Default::default()
+        };
+        assert_eq!(
+            broken.validate().expect_err("1 is too much").key,
+            "search_share"
+        );
+        let broken = ExplorationParams {
+            bonus: f64::NAN,
+            ..Default::default()
+        };
         assert_eq!(broken.validate().expect_err("NaN is no bonus").key, "bonus");
     }
 }

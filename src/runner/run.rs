@@ -88,7 +88,12 @@ where
     let events = events.map_err(RunnerError::write(&events_path))?;
     let mut engine = build_engine(scenario, world, seed);
 
-    let span = info_span!(telemetry::RUN, scenario = scenario.name, seed, log = events.number());
+    let span = info_span!(
+        telemetry::RUN,
+        scenario = scenario.name,
+        seed,
+        log = events.number()
+    );
     let played = span.in_scope(|| {
         play(
             &mut engine,
