@@ -298,6 +298,11 @@ impl QuestView<'_> {
         self.terminal.get(state.index()).copied().unwrap_or(false)
     }
 
+    /// Whether as many neighbours of `state` are known as it has actions, so that trying one again shows nothing new.
+    fn is_complete(&self, state: StateId) -> bool {
+        self.graph.adjacency().neighbors(state.0).len() >= self.graph.num_actions()
+    }
+
     /// The fewest steps to a goal that trying `action` in `state` could turn out to leave, that step included.
     fn optimistic_steps(&mut self, state: StateId, action: Action, prediction: Prediction) -> u32 {
         match (self.quest, prediction) {
@@ -331,7 +336,8 @@ impl FrontierView for QuestView<'_> {
     }
 
     fn interest(&mut self, state: StateId, action: Action) -> Interest {
-        if self.graph.tries(state, action) >= self.tries_wanted || self.is_terminal(state) {
+        let tries = self.graph.tries(state, action);
+        if tries >= self.tries_wanted || self.is_terminal(state) || (tries > 0 && self.is_complete(state)) {
             return Interest::None;
         }
         let prediction = self.displacements.predict(self.graph, state, action);
