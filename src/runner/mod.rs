@@ -9,16 +9,28 @@ mod error;
 mod estimate;
 pub mod files;
 mod folder;
+mod graph_files;
 mod potential;
 mod records;
 mod run;
 mod session;
+<<<<<<< HEAD
+=======
+mod snapshots;
+mod track;
+>>>>>>> report
 
 pub use build::{build_engine, pipeline_params};
 pub use error::RunnerError;
 pub use estimate::estimated_bytes;
 pub use folder::{Existing, RunFolder, is_run, seed_folder_name};
+pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
+<<<<<<< HEAD
+=======
+pub use snapshots::{Snapshot, Snapshots, read_snapshots};
+pub use track::{TrackReport, TrackUpdate, track, track_sizes};
+>>>>>>> report
