@@ -14,11 +14,7 @@ mod potential;
 mod records;
 mod run;
 mod session;
-<<<<<<< HEAD
-=======
 mod snapshots;
-mod track;
->>>>>>> report
 
 pub use build::{build_engine, pipeline_params};
 pub use error::RunnerError;
@@ -29,8 +25,4 @@ pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
-<<<<<<< HEAD
-=======
 pub use snapshots::{Snapshot, Snapshots, read_snapshots};
-pub use track::{TrackReport, TrackUpdate, track, track_sizes};
->>>>>>> report
