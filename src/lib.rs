@@ -26,3 +26,4 @@ pub mod seeds;
 pub mod shaping;
 pub mod spectral;
 pub mod telemetry;
+mod vector_state;

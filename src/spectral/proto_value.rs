@@ -10,6 +10,7 @@ use super::{
     procrustes::sign_of_largest,
 };
 use crate::graph::Csr;
+use crate::vector_state::clear_upper_halves;
 use faer::{Mat, MatRef, Scale};
 
 /// The features of a growing graph: lowest eigenvectors, aligned from one refresh to the next.
@@ -50,6 +51,7 @@ impl ProtoValueFunctions {
             _ => with_fixed_signs(vectors),
         };
         self.features = Some(Scale((refresh.nodes as f64).sqrt()) * turned);
+        clear_upper_halves();
         Ok(refresh)
     }
 
