@@ -125,7 +125,12 @@ fn compare(name: &str, built: usize, graph: &Csr) -> Result<(), Box<dyn Error>> 
         goal,
         [first_ms, goal_ms, change_ms],
     );
-    for kind in [PotentialKind::Hops, PotentialKind::Heat, PotentialKind::Gcn] {
+    for kind in [
+        PotentialKind::Hops,
+        PotentialKind::Heat,
+        PotentialKind::Gcn,
+        PotentialKind::Report,
+    ] {
         let features = functions.features().expect("refreshed");
         let (phi, ms) = global(graph, goal, kind, features)?;
         let (_, other_ms) = global(graph, other_goal, kind, features)?;
