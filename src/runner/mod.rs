@@ -2,25 +2,27 @@
 //!
 //! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
 //! - [`run`]: one seed into a run folder, records written as they happen.
-//! - [`track`], [`potential_of_graph`]: spectra and potentials of any graph, without a world.
+//! - [`potential_of_graph`]: the potential of any graph, without a world.
 
 mod build;
 mod error;
 mod estimate;
 pub mod files;
 mod folder;
+mod graph_files;
 mod potential;
 mod records;
 mod run;
 mod session;
-mod track;
+mod snapshots;
 
 pub use build::{build_engine, pipeline_params};
 pub use error::RunnerError;
 pub use estimate::estimated_bytes;
 pub use folder::{Existing, RunFolder, is_run, seed_folder_name};
+pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
-pub use track::{TrackReport, TrackUpdate, track, track_sizes};
+pub use snapshots::{Snapshot, Snapshots, read_snapshots};
