@@ -149,9 +149,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
         if let Some(spectrum) = &refresh.spectrum {
             log_spectrum(refresh, spectrum);
-            if let Some(features) = self.pipeline.spectrum().features() {
-                self.agent.set_features(features);
-            }
+        }
+        if refresh.has_features()
+            && let Some(features) = self.pipeline.agent_features()
+        {
+            self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
             let loss = fit.fit.as_ref().map(|report| report.loss);
