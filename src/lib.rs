@@ -13,6 +13,8 @@
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
 //! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
 
+#![deny(missing_docs)]
+
 pub mod agent;
 pub mod engine;
 pub mod env;

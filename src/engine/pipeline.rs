@@ -2,6 +2,11 @@
 //!
 //! For those who bring their own agent: call [`ShapingPipeline::begin_episode`] after each reset and
 //! [`ShapingPipeline::observe`] after each step, and learn from `reward + observed.shaping`.
+//!
+//! **Goals may move.** A state where an episode terminated is believed to be a goal until an episode goes on there.
+//! Then it is forgotten: φ is fitted anew on the goals that are left, or is 0 again when there are none, and the search
+//! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
+//! for: each visit would refit φ.
 
 use super::goals::GoalBook;
 use super::record::RefreshRecord;
@@ -72,8 +77,10 @@ pub struct Observed {
     pub bonus: f64,
     /// The state was not known before.
     pub new_state: bool,
-    /// This was the first time that a goal was entered.
+    /// A goal was entered while none was known: the first one, or the first after the last one was lost.
     pub first_goal: bool,
+    /// The state was a goal until now, and the episode went on: the goal is forgotten.
+    pub lost_goal: bool,
     /// The spectrum or the potential was brought up to date.
     pub refresh: Option<Box<RefreshRecord>>,
 }
@@ -104,6 +111,8 @@ pub struct ShapingPipeline<S> {
     pairs_tried: u64,
     start: StateId,
     state: StateId,
+    in_episode: bool,
+    /// For `state`.
     advice: Vec<f64>,
 }
 
@@ -111,6 +120,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// An empty graph, a flat potential.
     ///
     /// Features are kept up to date if the potential uses them, or the agent, which is linear in `agent_features`.
+    /// `seed` is the master seed of the run; every part draws from its own stream. `params` are taken to be valid.
+    ///
+    /// # Panics
+    /// Unless 1 ≤ `num_actions` ≤ 65 536 and `params.gamma` is in [0, 1].
     pub fn new(
         params: &PipelineParams,
         num_actions: usize,
@@ -152,15 +165,19 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             pairs_tried: 0,
             start: StateId(0),
             state: StateId(0),
+            in_episode: false,
             advice: vec![0.0; num_actions],
         }
     }
 
-    /// Begins an episode in `start`, returns its number.
+    /// Begins an episode in `start`, returns its number. An episode under way is abandoned.
+    ///
+    /// O(1), but O(states + transitions) with the `frontier` exploration if the start is another one than last time.
     pub fn begin_episode(&mut self, start: &S) -> StateId {
         let (state, _) = self.graph.intern(start);
         self.start = state;
         self.state = state;
+        self.in_episode = true;
         self.shaper.begin_episode(self.table.value(state));
         if let Guide::Frontier(explorer) = &mut self.guide {
             explorer.begin_episode(self.graph.transitions(), state);
@@ -171,9 +188,25 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
 
     /// Takes in one step from the present state and returns what it was worth.
     ///
+    /// O(1) among known states, plus the refreshes that the schedule asks for. Without them, and with no state or
+    /// transition that is new, it allocates nothing.
+    ///
     /// # Errors
-    /// If the reward is not finite, or the spectrum or the potential cannot be computed.
+    /// If the reward is not finite, and then nothing has changed; or if the spectrum or the potential cannot be computed.
+    ///
+    /// # Panics
+    /// If no episode is under way, or if `action` is out of range.
     pub fn observe(&mut self, action: Action, step: &Step<S>) -> Result<Observed, PipelineError> {
+        assert!(
+            self.in_episode,
+            "a step without an episode: call begin_episode first"
+        );
+        assert!(
+            action.index() < self.advice.len(),
+            "action {} of {}",
+            action.0,
+            self.advice.len()
+        );
         if !step.reward.is_finite() {
             return Err(PipelineError::Reward {
                 step: self.step,
@@ -185,6 +218,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         let (next, new_state) = self.graph.intern(&step.state);
         self.record(action, step.reward, next, new_state, terminated);
         let first_goal = self.book.is_empty() && terminated;
+        let lost_goal = !terminated && self.forget_goal(next);
         self.keep_book(next, step);
         let refresh = self.refresh_if_due(step.status.is_last())?;
         let shaping = self.shaper.shape(self.table.value(next), step.status);
@@ -193,7 +227,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             _ => 0.0,
         };
         self.state = next;
-        if !step.status.is_last() {
+        self.in_episode = !step.status.is_last();
+        if terminated {
+            self.advice.fill(0.0);
+        } else {
             self.update_advice();
         }
         Ok(Observed {
@@ -202,11 +239,13 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             bonus,
             new_state,
             first_goal,
+            lost_goal,
             refresh,
         })
     }
 
-    /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration.
+    /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration, and after
+    /// termination. After truncation it is that of the last state, whose value still counts.
     pub fn advice(&self) -> &[f64] {
         &self.advice
     }
@@ -231,8 +270,13 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.table
     }
 
-    /// Goals seen so far, with their mean rewards.
-    pub fn goals(&mut self) -> &[crate::shaping::Goal] {
+    /// The tried transitions of [`Self::graph`], for numerical code.
+    pub fn transitions(&self) -> &TransitionGraph {
+        self.graph.transitions()
+    }
+
+    /// Goals seen so far and not lost since, with their mean rewards, in the order of discovery.
+    pub fn goals(&self) -> &[crate::shaping::Goal] {
         self.book.goals()
     }
 
@@ -267,6 +311,22 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
                 first_time,
             );
         }
+    }
+
+    /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
+    fn forget_goal(&mut self, state: StateId) -> bool {
+        if !self.book.forget(state) {
+            return false;
+        }
+        self.schedule.invalidate_fit();
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            explorer.forget_destination(self.graph.transitions(), state);
+        }
+        if self.book.is_empty() {
+            self.table.flatten();
+            self.unit = 1.0;
+        }
+        true
     }
 
     fn keep_book(&mut self, next: StateId, step: &Step<S>) {
@@ -333,11 +393,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     fn fit(&mut self, adjacency: &Csr, record: &mut RefreshRecord) -> Result<(), PipelineError> {
         let nothing = Mat::zeros(0, 0);
         let handicaps = self.book.handicaps();
-        let goals = self.book.goals().to_vec();
         let inputs = PotentialInputs {
             graph: self.graph.transitions(),
             adjacency,
-            goals: &goals,
+            goals: self.book.goals(),
             labels: self.book.labels(),
             features: self
                 .features
@@ -368,11 +427,6 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
                 &mut self.advice,
             );
         }
-    }
-
-    /// Read access for numerical code.
-    pub fn transitions(&self) -> &TransitionGraph {
-        self.graph.transitions()
     }
 }
 
