@@ -1,10 +1,17 @@
 //! Results as people and programs read them.
 
+mod comparison;
+mod comparison_table;
 mod map;
 mod sparkline;
 mod summary;
 mod terminal;
 
+pub use comparison::{
+    ArmSummary, ArmTiming, Arrival, Comparison, IqmInterval, MedianInterval, Moments,
+    ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
+};
+pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use map::{Charset, draw_map, draw_values};
 pub use sparkline::sparkline;
 pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};
