@@ -54,6 +54,10 @@ pub struct Explorer {
     steps: u64,
     search_steps: u64,
     searching: bool,
+    /// Some action has been seen to have two outcomes.
+    stochastic: bool,
+    /// An action counts as tried after this many tries.
+    tries_wanted: u32,
     rng: ChaCha8Rng,
 }
 
@@ -74,6 +78,8 @@ impl Explorer {
             steps: 0,
             search_steps: 0,
             searching: false,
+            stochastic: false,
+            tries_wanted: 1,
             rng,
         }
     }
@@ -111,6 +117,7 @@ impl Explorer {
             self.terminal[to.index()] = true;
         }
         if first_time {
+            self.stochastic |= graph.tries(from, action) > 1;
             self.displacements.learn(graph, from, action, to);
             self.from_start.append(from, to);
             self.to_goal.append(from, to);
@@ -167,7 +174,10 @@ impl Explorer {
             return Some(action);
         }
         if self.destinations.is_empty() {
-            self.look(graph, state, Quest::FirstGoal);
+            if !self.look(graph, state, Quest::FirstGoal) && self.stochastic {
+                self.tries_wanted += 1;
+                self.look(graph, state, Quest::FirstGoal);
+            }
             return self.search.planned(state);
         }
         for (i, quest) in [Quest::ShorterPath, Quest::OtherGoal]
@@ -214,6 +224,7 @@ impl Explorer {
             to_goal: &self.to_goal,
             destinations: &self.destinations,
             terminal: &self.terminal,
+            tries_wanted: if quest == Quest::FirstGoal { self.tries_wanted } else { 1 },
             quest,
             best,
         };
@@ -241,9 +252,30 @@ impl Explorer {
             }
         }
         for outcome in graph.outcomes(state) {
-            let share = f64::from(outcome.count) / f64::from(graph.tries(state, outcome.action));
-            advice[outcome.action.index()] +=
-                weight * share * (potential.value(outcome.next) - here);
+            let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
+            let share = f64::from(outcome.count) / tries;
+            advice[outcome.action.index()] += weight * share * (potential.value(outcome.next) - here);
+        }
+        if self.stochastic {
+            self.add_doubt(graph, state, potential, weight, advice);
+        }
+    }
+
+    /// Outcomes not seen that count beside those seen: where actions slip, one bad try must not rule an action out.
+    fn doubt(&self) -> f64 {
+        if self.stochastic { 1.0 } else { 0.0 }
+    }
+
+    /// The unseen outcome of every tried action might be the best neighbour of `state`.
+    fn add_doubt(&self, graph: &TransitionGraph, state: StateId, potential: &impl Potential, weight: f64, advice: &mut [f64]) {
+        let here = potential.value(state);
+        let neighbors = graph.adjacency().neighbors(state.0).iter();
+        let best = neighbors.map(|&next| potential.value(StateId(next)) - here).fold(0.0, f64::max);
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let tries = graph.tries(state, Action(i as u16));
+            if tries > 0 {
+                *logit += weight * best * self.doubt() / (f64::from(tries) + self.doubt());
+            }
         }
     }
 }
@@ -256,6 +288,7 @@ struct QuestView<'a> {
     to_goal: &'a Distances,
     destinations: &'a [Destination],
     terminal: &'a [bool],
+    tries_wanted: u32,
     quest: Quest,
     best: u32,
 }
@@ -298,7 +331,7 @@ impl FrontierView for QuestView<'_> {
     }
 
     fn interest(&mut self, state: StateId, action: Action) -> Interest {
-        if self.graph.tries(state, action) > 0 || self.is_terminal(state) {
+        if self.graph.tries(state, action) >= self.tries_wanted || self.is_terminal(state) {
             return Interest::None;
         }
         let prediction = self.displacements.predict(self.graph, state, action);
