@@ -77,9 +77,15 @@ pub fn completions(shell: Shell) -> Result<Ending> {
     Ok(Ending::Done)
 }
 
+/// The page of the program, then one for each subcommand.
 pub fn man() -> Result<Ending> {
-    let mut page = Vec::new();
-    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-    print(&String::from_utf8_lossy(&page))?;
+    let mut program = Cli::command();
+    let mut pages = Vec::new();
+    clap_mangen::Man::new(program.clone()).render(&mut pages)?;
+    program.build(); // tells the subcommands whose they are
+    for subcommand in program.get_subcommands() {
+        clap_mangen::Man::new(subcommand.clone()).render(&mut pages)?;
+    }
+    print(&String::from_utf8_lossy(&pages))?;
     Ok(Ending::Done)
 }

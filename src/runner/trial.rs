@@ -50,7 +50,7 @@ where
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let record = engine.run_episode(|refresh| course.count_refresh(refresh, &mut timing))?;
+        let record = engine.run_episode(|refresh, _| course.count_refresh(refresh, &mut timing))?;
         course.count_episode(record.length, record.plain_return, record.step);
     }
     timing.finish(begun.elapsed().as_secs_f64(), engine.steps());
