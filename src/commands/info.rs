@@ -5,6 +5,7 @@ use crate::cli::{Cli, New};
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
+use eigentrail::runner::BUILT_IN_ARMS;
 use eigentrail::scenario::{Scenario, shipped, template};
 use serde_json::Value;
 
@@ -16,7 +17,7 @@ pub fn schema() -> Result<Ending> {
 pub fn list() -> Result<Ending> {
     let mut text = String::from("scenarios\n");
     for scenario in shipped() {
-        text += &format!("  {:<14} {}\n", scenario.name, scenario.shows());
+        text += &format!("  {:<18} {}\n", scenario.name, scenario.shows());
     }
     let schema = Scenario::json_schema();
     for (section, key) in [
@@ -31,6 +32,10 @@ pub fn list() -> Result<Ending> {
         for (word, about) in choices(&schema, section, key) {
             text += &format!("  {word:<16} {about}\n");
         }
+    }
+    text += "compare --arms\n";
+    for arm in BUILT_IN_ARMS {
+        text += &format!("  {:<16} {}\n", arm.name, arm.about);
     }
     print(&text)?;
     Ok(Ending::Done)

@@ -1,6 +1,7 @@
 //! What each subcommand does: from the command line to the library, and its results to stdout.
 
 mod check;
+mod compare;
 mod figures;
 mod info;
 mod potential;
@@ -50,6 +51,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
     }
     match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
+        Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
         Command::Show(args) => show::show(args),
         Command::Track(args) => {

@@ -18,6 +18,9 @@ use crate::features::{DeepWalkParams, FeatureError, FeatureSet, FeatureSource};
 use crate::gcn::GcnParams;
 use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
+use crate::shaping::chain::Chain;
+use crate::shaping::cost_to_go::cost_to_go;
+use crate::shaping::successors::Successors;
 use crate::shaping::{
     Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
     ShapingError, ShapingParams, build_potential,
@@ -283,6 +286,23 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// Tells the oracle potential the true distance of a state, in typical steps. Other potentials do not listen.
     pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
         self.model.set_true_distance(state, distance);
+    }
+
+    /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached
+    /// over the moves seen, none of whose moves leads to a larger φ. None before the first goal. O((n + transitions) log n).
+    ///
+    /// # Errors
+    /// If an edge weight is not finite and positive.
+    pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
+        let graph = self.graph.transitions();
+        let goals: Vec<u32> = self.book.states().map(|goal| goal.0).collect();
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr())?;
+        let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
+        let order = cost_to_go(&successors, &steps, &goals, &ends).order;
+        let chain = Chain::new(&successors, order, goals.len());
+        let states = 0..graph.num_states() as u32;
+        let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
+        Ok(chain.spurious_maxima(&phi))
     }
 
     fn record(
