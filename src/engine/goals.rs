@@ -84,7 +84,7 @@ impl GoalBook {
 
     /// The goals' states, in the order of their discovery.
     pub fn states(&self) -> impl Iterator<Item = StateId> + '_ {
-        self.endings.iter().map(|ending| ending.state)
+        self.goals.iter().map(|goal| goal.state)
     }
 
     /// Labelled states, class 1 = rewarding.
