@@ -78,12 +78,15 @@ fn compare_one(
     stop: &AtomicBool,
 ) -> Result<runner::CompareReport> {
     let trials = request.num_trials() as u64;
-    let progress = Mutex::new(Progress::new(telemetry, bars, "trials", trials));
+    let progress = Progress::new(telemetry, bars, "trials", trials);
+    let progress = Mutex::new((0, progress));
     let watch = CompareWatch {
         stop,
         on_trial: &|arm, trial| {
             let mut progress = progress.lock().expect("no thread panics with the bar");
-            progress.step(|| format!("{arm}, seed {}", trial.result.seed));
+            let (done, bar) = &mut *progress;
+            *done += 1;
+            bar.reach(*done, || format!("{arm}, seed {}", trial.result.seed));
         },
     };
     Ok(runner::compare(loaded, request, watch)?)
