@@ -94,6 +94,8 @@ pub enum Command {
     Track(Track),
     /// Compute a potential towards goals on any graph
     Potential(Potential),
+    /// Show runs side by side as one HTML page that needs nothing else
+    Report(Report),
     /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
@@ -139,6 +141,9 @@ pub struct Run {
     /// Replace an existing run folder
     #[arg(long)]
     pub force: bool,
+    /// Do not write report.html into the run folder
+    #[arg(long)]
+    pub no_report: bool,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
@@ -291,6 +296,17 @@ pub enum PotentialChoice {
     Heat,
     /// Minus the number of edges to the nearest goal
     Hops,
+}
+
+/// `eigentrail report`
+#[derive(Args, Debug)]
+pub struct Report {
+    /// Run folders, or folders of run folders; each run is an arm of the page
+    #[arg(value_name = "RUN", required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Write the page to FILE
+    #[arg(short, long, value_name = "FILE.html", default_value = "report.html")]
+    pub out: PathBuf,
 }
 
 /// `eigentrail figures`

@@ -6,6 +6,7 @@ mod figures;
 mod info;
 mod potential;
 mod progress;
+mod report;
 mod run;
 mod show;
 mod track;
@@ -58,6 +59,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
         }
         Command::Potential(args) => potential::potential(args),
+        Command::Report(args) => report::report(args),
         Command::Figures(args) => figures::figures(args, &telemetry),
         Command::Schema => info::schema(),
         Command::List => info::list(),

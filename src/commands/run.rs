@@ -39,6 +39,9 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
             "already finished in this folder, not run again"
         );
     }
+    if !args.no_report {
+        super::report::write_into(&report.folder)?;
+    }
     let outcome = &report.outcome;
     if args.json {
         print_json(&RunLine::new(

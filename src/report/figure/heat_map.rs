@@ -46,7 +46,7 @@ impl Drawing {
             let wide = side + 0.3;
             let _ = writeln!(
                 self.body,
-                r#"<rect x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{wide:.1}" {look}/>"#
+                r#"<rect x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{wide:.1}" shape-rendering="crispEdges" {look}/>"#
             );
         }
         let start = layout.start.map(|cell| (cell, "S"));

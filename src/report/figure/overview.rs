@@ -1,4 +1,4 @@
-//! One run at a glance: φ at four moments while the graph grows, and the regret against learning without it.
+//! One scenario at a glance: φ at four moments while the graph grows, and the regret against learning without it.
 
 use super::curves::LogChart;
 use super::heat_map::Frame;
@@ -15,13 +15,19 @@ const HEIGHT: f64 = 590.0;
 const MAP: f64 = 208.0;
 const GAP: f64 = 30.0;
 
-/// The figure as SVG: maps of the first seed of `shaped`, regret over all seeds of both runs.
+/// The figure as SVG: maps of the seed of `shaped` that met its goal with the fewest states known, because its φ has
+/// the most to grow; regret over all seeds of both runs.
 ///
 /// # Panics
 /// If a run has no seeds; [`RecordedRun::read`] never returns such a one.
 pub fn overview(layout: &Layout, shaped: &RecordedRun, sparse: &RecordedRun) -> String {
     let mut drawing = Drawing::default();
-    let seed = &shaped.seeds[0];
+    let first_fit = |seed: &&RecordedSeed| {
+        let fitted = seed.snapshots.iter().find(|s| is_fitted(s));
+        fitted.map_or(usize::MAX, |snapshot| snapshot.nodes)
+    };
+    let seed = shaped.seeds.iter().min_by_key(first_fit);
+    let seed = seed.expect("a recorded run has seeds");
     draw_moments(&mut drawing, layout, seed);
     draw_regret(&mut drawing, shaped, sparse);
     let description = format!(
@@ -42,13 +48,11 @@ fn draw_moments(drawing: &mut Drawing, layout: &Layout, seed: &RecordedSeed) {
             Some((layout.cell(row.parse().ok()?, col.parse().ok()?)?, state))
         })
         .collect();
-    drawing.text(
-        0.0,
-        16.0,
-        Anchor::Start,
-        "h",
-        "Potential φ on the graph discovered so far",
+    let title = format!(
+        "Potential φ on the graph discovered so far (seed {})",
+        seed.seed
     );
+    drawing.text(6.0, 16.0, Anchor::Start, "h", &title);
     for (i, snapshot) in moments(&seed.snapshots).into_iter().enumerate() {
         let (low, high) = range(&snapshot.potential);
         let frame = Frame {
@@ -66,7 +70,7 @@ fn draw_moments(drawing: &mut Drawing, layout: &Layout, seed: &RecordedSeed) {
             grouped(snapshot.nodes as u64)
         );
         let middle = frame.x + MAP / 2.0;
-        let scale = format!("φ from {low:.0} (violet) to {high:.0} (yellow)");
+        let scale = format!("{low:.0} (violet) to {high:.0} (yellow)");
         drawing.text(middle, frame.y + MAP + 20.0, Anchor::Middle, "", &caption);
         drawing.text(middle, frame.y + MAP + 38.0, Anchor::Middle, "", &scale);
     }
@@ -76,9 +80,8 @@ fn draw_moments(drawing: &mut Drawing, layout: &Layout, seed: &RecordedSeed) {
 fn moments(snapshots: &[Snapshot]) -> Vec<&Snapshot> {
     let mut fitted: Vec<&Snapshot> = Vec::new();
     for snapshot in snapshots {
-        let (low, high) = range(&snapshot.potential);
         let grew = fitted.last().is_none_or(|last| last.nodes < snapshot.nodes);
-        if high > low && grew {
+        if is_fitted(snapshot) && grew {
             fitted.push(snapshot);
         }
     }
@@ -100,6 +103,12 @@ fn moments(snapshots: &[Snapshot]) -> Vec<&Snapshot> {
     chosen
 }
 
+/// Whether φ is not flat.
+fn is_fitted(snapshot: &Snapshot) -> bool {
+    let (low, high) = range(&snapshot.potential);
+    high > low
+}
+
 fn range(values: &[f32]) -> (f64, f64) {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         values.iter().map(|&v| f64::from(v)).fold(start, pick)
@@ -118,7 +127,7 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
     let chart = LogChart {
         edges: [62.0, 330.0, 800.0, 540.0],
         x: (0.0, (episodes as f64).log10()),
-        y: (2.0_f64.min(highest.log10() - 1.0), highest.log10().max(1.0)),
+        y: (1.0, highest.log10().ceil()),
     };
     let seeds = shaped.seeds.len();
     let band = if seeds > 1 {
