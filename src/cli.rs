@@ -84,6 +84,8 @@ pub enum LogFormat {
 pub enum Command {
     /// Run a scenario: explore, learn, write a run folder, print a summary
     Run(Run),
+    /// Compare learners and potentials over the same seeds, with statistics
+    Compare(Compare),
     /// Check a scenario without running it and print what it amounts to
     Check(Check),
     /// Draw a scenario's map, or the potential that a run has learnt on it
@@ -92,6 +94,8 @@ pub enum Command {
     Track(Track),
     /// Compute a potential towards goals on any graph
     Potential(Potential),
+    /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
+    Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
     /// List the scenarios that come with the program, and the kinds of worlds and learners
@@ -140,6 +144,50 @@ pub struct Run {
     pub json: bool,
 }
 
+/// `eigentrail compare`
+#[derive(Args, Debug)]
+pub struct Compare {
+    /// Scenario files, or names of scenarios that come with the program (see `list`)
+    #[arg(value_name = "SCENARIO.toml", required = true)]
+    pub scenarios: Vec<PathBuf>,
+    /// Change one key for every arm, for example --set agent.gamma=0.99; can be repeated. What an arm sets itself wins
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub sets: Vec<String>,
+    /// Master seeds: a range a..b without its end, single seeds, or both, separated by commas
+    #[arg(long, value_name = "SEEDS", default_value = "0..20", value_parser = seeds)]
+    pub seeds: Seeds,
+    /// What to compare, separated by commas (see `list`)
+    #[arg(
+        long,
+        value_name = "ARMS",
+        value_delimiter = ',',
+        default_value = "sparse,gcn,heat,planner"
+    )]
+    pub arms: Vec<String>,
+    /// Compare also with a sparse arm whose step sizes are tuned for the world, on seeds of their own
+    #[arg(long)]
+    pub tuned: bool,
+    /// Output folder [default: runs/NAME/TIME-compare]; of several scenarios each gets a folder in it
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on in an existing folder: what is finished there is not run again
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Replace an existing folder
+    #[arg(long)]
+    pub force: bool,
+    /// Print the numbers as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+    /// Print the tables as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+}
+
+/// Master seeds in the order given, without duplicates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seeds(pub Vec<u64>);
+
 /// `eigentrail check`
 #[derive(Args, Debug)]
 pub struct Check {
@@ -184,13 +232,16 @@ pub struct Track {
     /// Seed of the random start vectors
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
+    /// Prove at each update, by counting eigenvalues, that no pair was missed
+    #[arg(long)]
+    pub certify: bool,
     /// Write the eigenvectors of the whole graph, n × k, as a NumPy file
     #[arg(long, value_name = "OUT.npy")]
     pub vectors: Option<PathBuf>,
     /// Print the updates as JSON
     #[arg(long)]
     pub json: bool,
-    /// Exit with 4 if an update did not converge
+    /// Exit with 4 if an update did not converge, or under --certify could not be proved complete
     #[arg(long)]
     pub strict: bool,
 }
@@ -242,6 +293,19 @@ pub enum PotentialChoice {
     Hops,
 }
 
+/// `eigentrail figures`
+#[derive(Args, Debug)]
+pub struct Figures {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Seeds of each arm, from 0
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Write the picture to FILE
+    #[arg(short, long, value_name = "FILE.svg", default_value = "figure.svg")]
+    pub out: PathBuf,
+}
+
 /// `eigentrail new`
 #[derive(Args, Debug)]
 pub struct New {
@@ -281,6 +345,35 @@ fn node(text: &str) -> Result<usize, String> {
         .map_err(|_| "expected the number of a node, from 0".to_owned())
 }
 
+/// `0..20`, `1,5,9`, or both.
+fn seeds(text: &str) -> Result<Seeds, String> {
+    /// So many that a slip of the finger is more likely than an experiment.
+    const MOST: usize = 100_000;
+    let whole = |number: &str| {
+        let number = number.trim().parse::<u64>();
+        number.map_err(|_| "expected seeds as 0..20 or 1,2,3".to_owned())
+    };
+    let mut seeds = Vec::new();
+    for part in text.split(',') {
+        let (from, to) = match part.split_once("..") {
+            Some((from, to)) => (whole(from)?, whole(to)?),
+            None => (whole(part)?, whole(part)?.saturating_add(1)),
+        };
+        if from >= to {
+            return Err(format!("the range {part} is empty"));
+        }
+        if to - from > MOST as u64 {
+            return Err(format!("the range {part} has more than {MOST} seeds"));
+        }
+        for seed in from..to {
+            if !seeds.contains(&seed) {
+                seeds.push(seed);
+            }
+        }
+    }
+    Ok(Seeds(seeds))
+}
+
 /// A finite number above 0.
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
@@ -305,5 +398,15 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn seeds_are_ranges_and_single_numbers() {
+        assert_eq!(seeds("3..6, 9,4").unwrap().0, [3, 4, 5, 9]);
+        assert!(seeds("5..5").unwrap_err().contains("empty"));
+        assert!(seeds("0..1000000000").unwrap_err().contains("more than"));
+        for wrong in ["", "a", "1..", "-1", "1.5", "1,,2"] {
+            assert!(seeds(wrong).is_err(), "{wrong}");
+        }
     }
 }

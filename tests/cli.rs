@@ -446,6 +446,23 @@ mod graphs_refused {
     }
 
     #[test]
+    fn unwritable_results() {
+        let program = Program::new();
+        let file = program.file("g.mtx", &path_graph(10));
+        let words = ["g.mtx/v: cannot write"];
+        program.refuses(
+            &["track", file, "--k", "2", "--vectors", "g.mtx/v"],
+            3,
+            &words,
+        );
+        program.refuses(
+            &["potential", file, "--goal", "1", "--out", "g.mtx/v"],
+            3,
+            &words,
+        );
+    }
+
+    #[test]
     fn goal_that_is_no_node() {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(10));
@@ -763,6 +780,33 @@ mod runs {
         );
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_that_cannot_grow_is_named_and_stays_whole() {
+        let program = Program::new();
+        let text = QUICK.replace("episodes = 25", "episodes = 2000");
+        let file = program.file("x.toml", &text);
+        // Files may have 16 KiB; without the trap the signal would end the program before it can say why.
+        let script = format!(
+            "trap '' XFSZ; ulimit -f 16; exec '{}' run {file} --out o",
+            env!("CARGO_BIN_EXE_eigentrail")
+        );
+        Command::new("bash")
+            .current_dir(program.folder.path())
+            .args(["-c", &script])
+            .assert()
+            .code(1)
+            .stdout("")
+            .stderr(predicate::str::contains(
+                "o/seed-0000/episodes.csv: cannot write: ",
+            ));
+        let rows = fs::read_to_string(program.path("o/seed-0000/episodes.csv")).unwrap();
+        assert!(rows.is_empty() || rows.ends_with('\n'));
+        let info: Value =
+            serde_json::from_slice(&fs::read(program.path("o/run.json")).unwrap()).unwrap();
+        assert_eq!(info["status"], "failed");
+    }
+
     #[cfg(unix)]
     #[test]
     fn ctrl_c_ends_a_run_with_its_files() {
@@ -868,6 +912,7 @@ mod tracks {
             "converged",
             "cold_start",
             "eigenvalues",
+            "cluster_cut",
         ];
         assert_eq!(fields, expected);
         assert_eq!(
@@ -1080,7 +1125,8 @@ mod words {
                     .contains("eigentrail")
             );
         }
-        assert!(program.prints(&["man"]).contains(".TH eigentrail 1"));
+        let man = program.prints(&["man"]);
+        assert!(man.contains(".TH eigentrail 1") && man.contains("eigentrail\\-track"));
     }
 
     #[test]
