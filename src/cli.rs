@@ -29,7 +29,7 @@ pub struct Global {
     #[arg(short, long, action = ArgAction::Count, global = true, conflicts_with = "verbose", help_heading = "Global options")]
     pub quiet: u8,
     /// Threads to use [default: one per processor]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = at_least_one, global = true, help_heading = "Global options")]
+    #[arg(long, value_name = "N", value_parser = thread_count, allow_negative_numbers = true, global = true, help_heading = "Global options")]
     pub threads: Option<usize>,
     /// When to colour; NO_COLOR is honoured too
     #[arg(
@@ -130,7 +130,7 @@ pub struct Run {
     #[command(flatten)]
     pub scenario: ScenarioArgs,
     /// Master seed [default: run.seed of the scenario]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Run folder [default: runs/NAME/TIME]
     #[arg(long, value_name = "DIR")]
@@ -223,7 +223,7 @@ pub struct Track {
     #[arg(value_name = "GRAPH.mtx")]
     pub graph: PathBuf,
     /// How many of the lowest eigenpairs to keep
-    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one)]
+    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one, allow_negative_numbers = true)]
     pub k: usize,
     /// How much the graph grows from one update to the next, as a share of its nodes
     #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive, allow_negative_numbers = true)]
@@ -235,7 +235,7 @@ pub struct Track {
     #[arg(long, value_name = "METHOD", default_value = "warm")]
     pub method: MethodChoice,
     /// Seed of the random start vectors
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Prove at each update, by counting eigenvalues, that no pair was missed
     #[arg(long)]
@@ -269,13 +269,13 @@ pub struct Potential {
     #[arg(value_name = "GRAPH.mtx")]
     pub graph: PathBuf,
     /// The goals, as node numbers: rows of the file in order, from 0
-    #[arg(long, value_name = "NODE", num_args = 1.., value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "NODE", num_args = 1.., value_delimiter = ',', required = true, value_parser = node, allow_negative_numbers = true)]
     pub goal: Vec<usize>,
     /// Which potential
     #[arg(long, value_name = "KIND", default_value = "gcn")]
     pub kind: PotentialChoice,
     /// Seed of the network's weights
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Write node and potential of every node as CSV
     #[arg(long, value_name = "PHI.csv")]
@@ -294,7 +294,7 @@ pub enum PotentialChoice {
     Report,
     /// A diffusion from the goals
     Heat,
-    /// Minus the number of edges to the nearest goal
+    /// By the number of edges to the nearest goal
     Hops,
 }
 
@@ -336,6 +336,29 @@ fn at_least_one(text: &str) -> Result<usize, String> {
         Ok(0) | Err(_) => Err("expected a whole number from 1".to_owned()),
         Ok(n) => Ok(n),
     }
+}
+
+/// Threads beyond this only cost: no machine has so many processors.
+const MOST_THREADS: usize = 1024;
+
+/// A number of threads that a machine can start.
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
+        _ => Err(format!("expected a whole number from 1 to {MOST_THREADS}")),
+    }
+}
+
+/// Any whole number of 64 bits.
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+}
+
+/// The number of a node.
+fn node(text: &str) -> Result<usize, String> {
+    text.parse()
+        .map_err(|_| "expected the number of a node, from 0".to_owned())
 }
 
 /// `0..20`, `1,5,9`, or both.

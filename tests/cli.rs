@@ -435,7 +435,13 @@ mod graphs_refused {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(10));
         program.refuses(&["track", file, "--k", "11"], 3, &["g.mtx", "11", "10"]);
-        program.refuses(&["track", file, "--k", "0"], 2, &["--k"]);
+        for k in ["0", "-3", "many"] {
+            program.refuses(
+                &["track", file, "--k", k],
+                2,
+                &["--k", "a whole number from 1"],
+            );
+        }
         program.refuses(&["track", file, "--growth", "-1"], 2, &["--growth"]);
     }
 
@@ -465,7 +471,17 @@ mod graphs_refused {
             3,
             &["--goal 10", "from 0 to 9"],
         );
+        program.refuses(
+            &["potential", file, "--goal", "-1"],
+            2,
+            &["--goal", "the number of a node, from 0"],
+        );
         program.refuses(&["potential", file], 2, &["--goal"]);
+        program.refuses(
+            &["potential", file, "--goal", "0", "--out", "nowhere/phi.csv"],
+            3,
+            &["error: nowhere/phi.csv: cannot write: No such file or directory (os error 2)\n"],
+        );
     }
 }
 
@@ -1062,6 +1078,11 @@ mod words {
             "{text}"
         );
         program.refuses(
+            &["show", "open_5x5", "--potential", "o"],
+            3,
+            &["the run is of another world"],
+        );
+        program.refuses(
             &["show", file, "--potential", "nowhere"],
             3,
             &["nowhere: not a run folder"],
@@ -1074,7 +1095,9 @@ mod words {
         let text = program.prints(&["new", "my-world"]);
         let file = program.file("my-world.toml", &text);
         assert!(program.prints(&["check", file]).contains("my-world"));
-        program.refuses(&["new", "my/world"], 3, &["name"]);
+        for name in ["my/world", "", ".hidden", "two\nlines"] {
+            program.refuses(&["new", name], 3, &["error: name = ", "use letters"]);
+        }
     }
 
     #[test]
@@ -1111,7 +1134,14 @@ mod words {
         let program = Program::new();
         program.refuses(&[], 2, &["Usage"]);
         program.refuses(&["rum"], 2, &["run"]);
-        program.refuses(&["run", "smoke", "--threads", "0"], 2, &["--threads"]);
+        for threads in ["0", "-1", "100000"] {
+            let told = ["--threads", "from 1 to 1024"];
+            program.refuses(&["run", "smoke", "--threads", threads], 2, &told);
+        }
+        for seed in ["-1", "18446744073709551616", "x"] {
+            let told = ["--seed", "a whole number from 0"];
+            program.refuses(&["run", "smoke", "--seed", seed], 2, &told);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use eigentrail::runner::BUILT_IN_ARMS;
-use eigentrail::scenario::{Scenario, shipped, template};
+use eigentrail::scenario::{Scenario, check_name, shipped, template};
 use serde_json::Value;
 
 pub fn schema() -> Result<Ending> {
@@ -62,11 +62,8 @@ fn resolve<'a>(schema: &'a Value, value: &'a Value) -> &'a Value {
 }
 
 pub fn new(args: &New) -> Result<Ending> {
-    let text = template(&args.name);
-    // What is printed must be a scenario; only the name can spoil it.
-    let path = std::path::Path::new("scenario.toml");
-    Scenario::parse(path, text.clone(), &[]).map_err(|error| BadInput(error.to_string()))?;
-    print(&text)?;
+    check_name(&args.name).map_err(|rule| BadInput(rule.message))?;
+    print(&template(&args.name))?;
     Ok(Ending::Done)
 }
 

@@ -279,18 +279,25 @@ fn quoted(message: &str) -> (String, Vec<String>) {
 /// serde's "expected f64", in the words of someone who writes TOML.
 fn plain_types(message: &str) -> String {
     const WORDS: [(&str, &str); 8] = [
+        (
+            "wanted string or table",
+            "expected one of its words, in quotes",
+        ),
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number from 0"),
         ("expected u64", "expected a whole number from 0"),
         ("expected u32", "expected a whole number from 0"),
         ("expected a sequence", "expected a list"),
-        ("expected struct ", "expected a table with the keys of "),
         ("expected a boolean", "expected true or false"),
         ("floating point `", "number `"),
     ];
-    WORDS.iter().fold(message.to_owned(), |text, (from, to)| {
-        text.replace(from, to)
-    })
+    let message = match message.split_once("expected struct ") {
+        Some((found, _)) => format!("{found}expected a table of keys"), // the type's name is ours, not the user's
+        None => message.to_owned(),
+    };
+    WORDS
+        .iter()
+        .fold(message, |text, (from, to)| text.replace(from, to))
 }
 
 #[cfg(test)]
@@ -340,6 +347,18 @@ mod tests {
         assert_eq!(
             read("[agent]\ngamma = \"high\"\n", &[]).unwrap_err(),
             "x.toml:2:9: `agent.gamma`: invalid type: string \"high\", expected a number"
+        );
+    }
+
+    #[test]
+    fn wrong_types_are_told_without_names_of_our_own() {
+        assert_eq!(
+            read("", &["agent=3"]).unwrap_err(),
+            "--set agent=3: `agent`: invalid type: integer `3`, expected a table of keys"
+        );
+        assert_eq!(
+            read("[agent]\nkind = 3\n", &[]).unwrap_err(),
+            "x.toml:2:8: `agent.kind`: expected one of its words, in quotes"
         );
     }
 

@@ -160,18 +160,7 @@ impl Scenario {
     /// # Errors
     /// The first broken rule, with the key to blame.
     pub fn validate(&self) -> Result<(), BrokenRule> {
-        let is_name = !self.name.is_empty()
-            && !self.name.starts_with('.')
-            && self.name.chars().all(is_name_character);
-        if !is_name {
-            return Err(BrokenRule::new(
-                "name",
-                format!(
-                    "name = {:?} names a folder: use letters, digits, -, _ and .",
-                    self.name
-                ),
-            ));
-        }
+        check_name(&self.name)?;
         self.env.validate()?;
         in_section("spectral", self.spectral.validate())?;
         in_section("deepwalk", self.deepwalk.validate())?;
@@ -188,6 +177,18 @@ impl Scenario {
         }
         self.world(0).map(drop)
     }
+}
+
+/// Checks that `name` can name a scenario, and so a folder.
+///
+/// # Errors
+/// If it is empty, begins with a dot, or has characters other than letters, digits, `-`, `_` and `.`.
+pub fn check_name(name: &str) -> Result<(), BrokenRule> {
+    if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character) {
+        return Ok(());
+    }
+    let rule = "names a folder: use letters, digits, -, _ and ., and no . at the beginning";
+    Err(BrokenRule::new("name", format!("name = {name:?} {rule}")))
 }
 
 fn is_name_character(c: char) -> bool {
