@@ -92,6 +92,8 @@ pub enum Command {
     Track(Track),
     /// Compute a potential towards goals on any graph
     Potential(Potential),
+    /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
+    Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
     /// List the scenarios that come with the program, and the kinds of worlds and learners
@@ -243,6 +245,19 @@ pub enum PotentialChoice {
     Heat,
     /// Minus the number of edges to the nearest goal
     Hops,
+}
+
+/// `eigentrail figures`
+#[derive(Args, Debug)]
+pub struct Figures {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Seeds of each arm, from 0
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Write the picture to FILE
+    #[arg(short, long, value_name = "FILE.svg", default_value = "figure.svg")]
+    pub out: PathBuf,
 }
 
 /// `eigentrail new`

@@ -1,6 +1,7 @@
 //! What each subcommand does: from the command line to the library, and its results to stdout.
 
 mod check;
+mod figures;
 mod info;
 mod potential;
 mod progress;
@@ -55,6 +56,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
         }
         Command::Potential(args) => potential::potential(args),
+        Command::Figures(args) => figures::figures(args, &telemetry),
         Command::Schema => info::schema(),
         Command::List => info::list(),
         Command::New(args) => info::new(args),

@@ -9,6 +9,7 @@ use super::schedule::{Moment, RefreshSchedule, ScheduleParams};
 use crate::env::{Action, Step, StepStatus};
 use crate::exploration::explorer::Destination;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationParams, Explorer};
+use crate::features::{DeepWalkParams, FeatureError, FeatureSet, FeatureSource};
 use crate::gcn::GcnParams;
 use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
@@ -16,8 +17,8 @@ use crate::shaping::{
     Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
     ShapingError, ShapingParams, build_potential,
 };
-use crate::spectral::{ProtoValueFunctions, SpectralError, SpectralParams};
-use faer::Mat;
+use crate::spectral::{ProtoValueFunctions, SpectralParams};
+use faer::{Mat, MatRef};
 use std::hash::Hash;
 use std::time::Instant;
 
@@ -26,6 +27,8 @@ use std::time::Instant;
 pub struct PipelineParams {
     /// Eigenpairs.
     pub spectral: SpectralParams,
+    /// Random walks.
+    pub deepwalk: DeepWalkParams,
     /// Network.
     pub gcn: GcnParams,
     /// Potential and scale.
@@ -42,9 +45,9 @@ pub struct PipelineParams {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineError {
-    /// The spectrum could not be refreshed.
-    #[error("refreshing the spectrum: {0}")]
-    Spectral(#[from] SpectralError),
+    /// The features could not be refreshed.
+    #[error("refreshing the features: {0}")]
+    Features(#[from] FeatureError),
     /// The potential could not be fitted.
     #[error("fitting the potential: {0}")]
     Shaping(#[from] ShapingError),
@@ -86,8 +89,9 @@ enum Guide {
 /// The pipeline over any hashable state. Memory O(states + transitions + n k).
 pub struct ShapingPipeline<S> {
     graph: StateGraph<S>,
-    spectrum: ProtoValueFunctions,
-    needs_spectrum: bool,
+    features: FeatureSet,
+    gcn_features: FeatureSource,
+    agent_features: Option<FeatureSource>,
     model: Box<dyn PotentialModel>,
     table: PotentialTable,
     shaper: RewardShaper,
@@ -106,11 +110,11 @@ pub struct ShapingPipeline<S> {
 impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// An empty graph, a flat potential.
     ///
-    /// The spectrum is kept up to date if the potential uses it or `needs_features` says that the agent does.
+    /// Features are kept up to date if the potential uses them, or the agent, which is linear in `agent_features`.
     pub fn new(
         params: &PipelineParams,
         num_actions: usize,
-        needs_features: bool,
+        agent_features: Option<FeatureSource>,
         seed: u64,
     ) -> Self {
         let guide = match params.exploration.kind {
@@ -129,10 +133,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             params.shaping.potential,
             PotentialKind::Gcn | PotentialKind::Report
         );
+        let gcn_features = params.gcn.features;
+        let for_gcn = learnt.then_some(gcn_features);
+        let used: Vec<_> = for_gcn.into_iter().chain(agent_features).collect();
         Self {
             graph: StateGraph::new(num_actions),
-            spectrum: ProtoValueFunctions::new(params.spectral.clone(), seed),
-            needs_spectrum: learnt || needs_features,
+            features: FeatureSet::new(&used, &params.spectral, &params.deepwalk, seed),
+            gcn_features,
+            agent_features,
             model: build_potential(&params.shaping, &params.gcn, seed),
             table: PotentialTable::new(),
             shaper: RewardShaper::new(params.gamma),
@@ -208,9 +216,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.graph
     }
 
-    /// The proto-value functions.
+    /// The proto-value functions; without eigenpairs if nobody uses them.
     pub fn spectrum(&self) -> &ProtoValueFunctions {
-        &self.spectrum
+        self.features.spectrum()
+    }
+
+    /// The features that the agent is linear in, as of the last refresh; `None` for an agent without.
+    pub fn agent_features(&self) -> Option<MatRef<'_, f64>> {
+        self.features.get(self.agent_features?)
     }
 
     /// The potential as it stands.
@@ -284,9 +297,9 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         episode_over: bool,
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
-        let spectrum_due = self.needs_spectrum && self.schedule.spectrum_due(now);
+        let features_due = self.features.changes() && self.schedule.spectrum_due(now);
         let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
-        if !spectrum_due && !fit_due {
+        if !features_due && !fit_due {
             return Ok(None);
         }
         let adjacency = self.graph.transitions().adjacency().to_csr();
@@ -295,13 +308,16 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             nodes: now.nodes,
             edges: now.edges,
             spectrum: None,
+            embedding: None,
             fit: None,
             spectrum_seconds: 0.0,
             fit_seconds: 0.0,
         };
-        if spectrum_due {
+        if features_due {
             let begin = Instant::now();
-            record.spectrum = Some(self.spectrum.refresh(&adjacency)?);
+            let refresh = self.features.refresh(&adjacency)?;
+            record.spectrum = refresh.spectrum;
+            record.embedding = refresh.embedding;
             record.spectrum_seconds = begin.elapsed().as_secs_f64();
             self.schedule.spectrum_refreshed(now);
         }
@@ -323,7 +339,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             adjacency,
             goals: &goals,
             labels: self.book.labels(),
-            features: self.spectrum.features().unwrap_or(nothing.as_ref()),
+            features: self
+                .features
+                .get(self.gcn_features)
+                .unwrap_or(nothing.as_ref()),
         };
         let fit = self.model.fit(&inputs)?;
         self.table.replace(&fit)?;

@@ -221,10 +221,13 @@ impl Explorer {
             graph,
             displacements: &mut self.displacements,
             from_start: &self.from_start,
-            to_goal: &self.to_goal,
             destinations: &self.destinations,
             terminal: &self.terminal,
-            tries_wanted: if quest == Quest::FirstGoal { self.tries_wanted } else { 1 },
+            tries_wanted: if quest == Quest::FirstGoal {
+                self.tries_wanted
+            } else {
+                1
+            },
             quest,
             best,
         };
@@ -254,7 +257,8 @@ impl Explorer {
         for outcome in graph.outcomes(state) {
             let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
             let share = f64::from(outcome.count) / tries;
-            advice[outcome.action.index()] += weight * share * (potential.value(outcome.next) - here);
+            advice[outcome.action.index()] +=
+                weight * share * (potential.value(outcome.next) - here);
         }
         if self.stochastic {
             self.add_doubt(graph, state, potential, weight, advice);
@@ -267,10 +271,19 @@ impl Explorer {
     }
 
     /// The unseen outcome of every tried action might be the best neighbour of `state`.
-    fn add_doubt(&self, graph: &TransitionGraph, state: StateId, potential: &impl Potential, weight: f64, advice: &mut [f64]) {
+    fn add_doubt(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
         let here = potential.value(state);
         let neighbors = graph.adjacency().neighbors(state.0).iter();
-        let best = neighbors.map(|&next| potential.value(StateId(next)) - here).fold(0.0, f64::max);
+        let best = neighbors
+            .map(|&next| potential.value(StateId(next)) - here)
+            .fold(0.0, f64::max);
         for (i, logit) in advice.iter_mut().enumerate() {
             let tries = graph.tries(state, Action(i as u16));
             if tries > 0 {
@@ -285,7 +298,6 @@ struct QuestView<'a> {
     graph: &'a TransitionGraph,
     displacements: &'a mut Displacements,
     from_start: &'a Distances,
-    to_goal: &'a Distances,
     destinations: &'a [Destination],
     terminal: &'a [bool],
     tries_wanted: u32,
@@ -296,6 +308,11 @@ struct QuestView<'a> {
 impl QuestView<'_> {
     fn is_terminal(&self, state: StateId) -> bool {
         self.terminal.get(state.index()).copied().unwrap_or(false)
+    }
+
+    /// Whether as many neighbours of `state` are known as it has actions, so that trying one again shows nothing new.
+    fn is_complete(&self, state: StateId) -> bool {
+        self.graph.adjacency().neighbors(state.0).len() >= self.graph.num_actions()
     }
 
     /// The fewest steps to a goal that trying `action` in `state` could turn out to leave, that step included.
@@ -331,7 +348,11 @@ impl FrontierView for QuestView<'_> {
     }
 
     fn interest(&mut self, state: StateId, action: Action) -> Interest {
-        if self.graph.tries(state, action) >= self.tries_wanted || self.is_terminal(state) {
+        let tries = self.graph.tries(state, action);
+        if tries >= self.tries_wanted
+            || self.is_terminal(state)
+            || (tries > 0 && self.is_complete(state))
+        {
             return Interest::None;
         }
         let prediction = self.displacements.predict(self.graph, state, action);

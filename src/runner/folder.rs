@@ -7,6 +7,7 @@
 //!   resolved.toml   the same with every default and every --set
 //!   summary.json    the results; all clock readings stand in its object `timing`
 //!   seed-0000/      episodes.csv refreshes.csv timings.csv events.jsonl potential.npy eigenvectors.npy
+//!                   states.csv graph.csv policy.csv snapshots.json
 //! ```
 
 use super::error::RunnerError;

@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | `[env]` | the world | [`EnvParams`] |
 //! | `[spectral]` | the eigenvectors | [`SpectralParams`] |
+//! | `[deepwalk]` | random walks, an alternative to the eigenvectors | [`DeepWalkParams`] |
 //! | `[gcn]` | the graph network | [`GcnParams`] |
 //! | `[shaping]` | the potential | [`ShapingParams`] |
 //! | `[exploration]` | before the first goal | [`ExplorationParams`] |
@@ -36,6 +37,7 @@ pub use world::World;
 use crate::agent::AgentParams;
 use crate::engine::ScheduleParams;
 use crate::exploration::ExplorationParams;
+use crate::features::DeepWalkParams;
 use crate::gcn::GcnParams;
 use crate::shaping::ShapingParams;
 use crate::spectral::SpectralParams;
@@ -73,6 +75,8 @@ pub struct Scenario {
     pub env: EnvParams,
     /// The eigenvectors of the graph of visited states.
     pub spectral: SpectralParams,
+    /// Random walks on the graph of visited states, where `deepwalk` features are asked for.
+    pub deepwalk: DeepWalkParams,
     /// The graph network.
     pub gcn: GcnParams,
     /// The potential and the shaped reward.
@@ -172,6 +176,7 @@ impl Scenario {
         }
         self.env.validate()?;
         in_section("spectral", self.spectral.validate())?;
+        in_section("deepwalk", self.deepwalk.validate())?;
         in_section("gcn", self.gcn.validate())?;
         in_section("shaping", self.shaping.validate())?;
         in_section("exploration", self.exploration.validate())?;

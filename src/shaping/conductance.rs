@@ -28,7 +28,9 @@ use super::network::Network;
 use super::site::{Site, SiteModel};
 use super::terrain::Terrain;
 use super::{PotentialFit, ShapingError, ShapingParams};
-use crate::gcn::{FitReport, Gcn, GcnError, GcnParams, GcnWorkspace, Propagation, Smoothness};
+use crate::gcn::{
+    Adam, FitReport, Gcn, GcnError, GcnParameters, GcnParams, GcnWorkspace, Propagation, Smoothness,
+};
 use crate::seeds::{Stream, stream};
 use faer::MatRef;
 use serde::{Deserialize, Serialize};
@@ -65,6 +67,36 @@ impl ConductancePotential {
             fits: 0,
             network: None,
         }
+    }
+
+    /// The weights fitted so far; `None` before the first fit. A plain value, to be stored or carried to another graph.
+    pub fn parameters(&self) -> Option<&GcnParameters> {
+        self.network
+            .as_ref()
+            .map(|network| network.gcn.parameters())
+    }
+
+    /// The same potential, continuing from weights that were fitted elsewhere: its next fit is a warm one
+    /// (`warm_epochs`, 0 to use them as they are). They are of use only with features that mean the same here: an
+    /// eigenvector of another graph has its own sign and order. With fewer columns of features than the weights were
+    /// fitted to, the next fit begins anew.
+    ///
+    /// # Errors
+    /// If the layers do not fit together, the network has more than one output, or a weight is not finite.
+    pub fn with_parameters(mut self, parameters: GcnParameters) -> Result<Self, GcnError> {
+        let gcn = Gcn::from_parameters(parameters)?;
+        if gcn.num_outputs() != 1 {
+            return Err(GcnError::Outputs {
+                expected: 1,
+                found: gcn.num_outputs(),
+            });
+        }
+        if !gcn.parameters().is_finite() {
+            return Err(GcnError::NotFinite { what: "weights" });
+        }
+        let adam = Adam::new(&gcn, self.gcn.learning_rate);
+        self.network = Some(Network { gcn, adam });
+        Ok(self)
     }
 
     fn untrained(&self, features: usize) -> Gcn {
@@ -357,6 +389,35 @@ mod tests {
                 warm.initial_loss < 1.1 * cold.loss,
                 "{warm:?} after {cold:?}"
             );
+        });
+    }
+
+    /// Carried weights give the potential that they gave where they were fitted, without an epoch.
+    #[test]
+    fn weights_can_be_carried_over() {
+        on_grid(4, |site| {
+            let mut fitted = potential(ShapingParams::default());
+            assert!(fitted.parameters().is_none());
+            fitted.fit_site(site).unwrap();
+            let as_they_are = ShapingParams {
+                warm_epochs: 0,
+                ..Default::default()
+            };
+            let weights = fitted.parameters().unwrap().clone();
+            let carry = |weights| potential(as_they_are.clone()).with_parameters(weights);
+            let carried = carry(weights.clone()).unwrap().fit_site(site).unwrap();
+            fitted.shaping.warm_epochs = 0;
+            assert_eq!(carried.values, fitted.fit_site(site).unwrap().values);
+
+            let mut rng = stream(0, Stream::Gcn);
+            let two: GcnParameters = Gcn::new(4, 3, 2, true, &mut rng).into();
+            assert!(matches!(
+                carry(two),
+                Err(GcnError::Outputs { found: 2, .. })
+            ));
+            let mut nan = weights;
+            nan.slices_mut().next().unwrap()[0] = f64::NAN;
+            assert!(matches!(carry(nan), Err(GcnError::NotFinite { .. })));
         });
     }
 
