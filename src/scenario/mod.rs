@@ -19,6 +19,8 @@
 mod document;
 mod env;
 mod error;
+mod keys;
+mod layout;
 mod place;
 mod shipped;
 mod template;
