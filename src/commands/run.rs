@@ -27,7 +27,8 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         events: &telemetry.events,
         stop: &stop,
         on_episode: &mut |record| {
-            progress.step(|| format!("{} steps, {} states", record.step, record.nodes));
+            let detail = || format!("{} steps, {} states", record.step, record.nodes);
+            progress.reach(record.episode + 1, detail);
         },
     };
     let report = runner::run(&loaded, &request, &mut watch)?;

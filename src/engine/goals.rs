@@ -2,11 +2,12 @@
 
 use crate::graph::StateId;
 use crate::shaping::Goal;
+use foldhash::fast::FixedState;
+use indexmap::IndexMap;
 
 /// Running sums of one terminal state.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Ending {
-    state: StateId,
     reward_sum: f64,
     count: u32,
 }
@@ -14,7 +15,9 @@ struct Ending {
 /// Goals seen, labels of the trajectories (section 4.1 of the source report), and the typical cost of a step.
 #[derive(Clone, Debug, Default)]
 pub struct GoalBook {
-    endings: Vec<Ending>,
+    /// In the order of discovery.
+    endings: IndexMap<StateId, Ending, FixedState>,
+    /// The same with mean rewards.
     goals: Vec<Goal>,
     labels: Vec<(StateId, usize)>,
     is_labelled: Vec<bool>,
@@ -23,25 +26,30 @@ pub struct GoalBook {
 }
 
 impl GoalBook {
-    /// Counts the reward of a step that ended nothing.
+    /// Counts the reward of a step that ended nothing. O(1).
     pub fn count_step(&mut self, reward: f64) {
         self.step_rewards += reward;
         self.steps += 1;
     }
 
-    /// Counts a termination in `state`; true if this is a goal not seen before. O(goals).
+    /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
     pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
-        if let Some(ending) = self.endings.iter_mut().find(|ending| ending.state == state) {
-            ending.reward_sum += reward;
-            ending.count += 1;
-            return false;
-        }
-        self.endings.push(Ending {
+        let entry = self.endings.entry(state);
+        let place = entry.index();
+        let ending = entry.or_default();
+        ending.reward_sum += reward;
+        ending.count += 1;
+        let goal = Goal {
             state,
-            reward_sum: reward,
-            count: 1,
-        });
-        true
+            reward: ending.reward_sum / f64::from(ending.count),
+        };
+        let is_new = place == self.goals.len();
+        if is_new {
+            self.goals.push(goal);
+        } else {
+            self.goals[place] = goal;
+        }
+        is_new
     }
 
     /// Labels the two ends of a trajectory: the start as not rewarding, the end as rewarding if it is a goal.
@@ -64,19 +72,19 @@ impl GoalBook {
         }
     }
 
-    /// Whether no goal has been seen.
+    /// Whether no goal is known.
     pub fn is_empty(&self) -> bool {
-        self.endings.is_empty()
+        self.goals.is_empty()
     }
 
     /// The goals with their mean rewards, in the order of their discovery.
-    pub fn goals(&mut self) -> &[Goal] {
-        self.goals.clear();
-        self.goals.extend(self.endings.iter().map(|ending| Goal {
-            state: ending.state,
-            reward: ending.reward_sum / f64::from(ending.count),
-        }));
+    pub fn goals(&self) -> &[Goal] {
         &self.goals
+    }
+
+    /// The goals' states, in the order of their discovery.
+    pub fn states(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.goals.iter().map(|goal| goal.state)
     }
 
     /// Labelled states, class 1 = rewarding.
@@ -84,17 +92,20 @@ impl GoalBook {
         &self.labels
     }
 
-    /// Forgets a goal that turned out to be none any more.
+    /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals +
+    /// labels) if there was.
     pub fn forget(&mut self, state: StateId) -> bool {
-        let before = self.endings.len();
-        self.endings.retain(|ending| ending.state != state);
+        let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
+            return false;
+        };
+        self.goals.remove(place);
         if let Some(label) = self.labels.iter_mut().find(|label| label.0 == state) {
             label.1 = 0;
         }
-        self.endings.len() < before
+        true
     }
 
-    /// Mean cost −r of a step, at least 0.
+    /// Mean cost −r of the steps that ended nothing, at least 0; 0 before the first one.
     pub fn step_cost(&self) -> f64 {
         if self.steps == 0 {
             0.0
@@ -104,16 +115,18 @@ impl GoalBook {
     }
 
     /// By how many steps each goal is worse than the best one: (state, ⌈(r* − r) ÷ step cost⌉).
-    pub fn handicaps(&mut self) -> Vec<(StateId, u32)> {
+    ///
+    /// Where steps cost nothing that is 10⁶ for every goal of less reward.
+    pub fn handicaps(&self) -> Vec<(StateId, u32)> {
         /// Where steps cost nothing, a goal of less reward is never worth it while the best one is in reach.
         const HOPELESS: f64 = 1e6;
         let step_cost = self.step_cost();
-        let goals = self.goals();
-        let best = goals
+        let best = self
+            .goals
             .iter()
             .map(|goal| goal.reward)
             .fold(f64::NEG_INFINITY, f64::max);
-        goals
+        self.goals
             .iter()
             .map(|goal| {
                 let loss = best - goal.reward;
@@ -151,7 +164,52 @@ mod tests {
         assert_eq!(book.labels(), [(StateId(0), 0), (StateId(4), 1)]);
         book.count_ending(StateId(4), 0.0);
         assert!(book.forget(StateId(4)));
+        assert!(!book.forget(StateId(4)), "there is nothing left to forget");
         assert!(book.is_empty());
         assert_eq!(book.labels(), [(StateId(0), 0), (StateId(4), 0)]);
+    }
+
+    #[test]
+    fn forgetting_keeps_the_order_of_the_others_and_their_means() {
+        let mut book = GoalBook::default();
+        for (state, reward) in [(7, 1.0), (2, 2.0), (9, 3.0)] {
+            book.count_ending(StateId(state), reward);
+        }
+        assert!(!book.forget(StateId(0)));
+        assert!(book.forget(StateId(2)));
+        assert!(!book.count_ending(StateId(9), 5.0));
+        let goals: Vec<_> = book.goals().iter().map(|g| (g.state.0, g.reward)).collect();
+        assert_eq!(goals, [(7, 1.0), (9, 4.0)]);
+        assert!(book.count_ending(StateId(2), 8.0), "found again, it is new");
+        assert_eq!(
+            book.goals()[2].reward,
+            8.0,
+            "what it paid once does not count"
+        );
+    }
+
+    #[test]
+    fn free_steps_make_a_lesser_goal_hopeless_and_costly_rewards_do_not() {
+        let mut book = GoalBook::default();
+        assert_eq!(book.step_cost(), 0.0);
+        book.count_step(0.5);
+        assert_eq!(book.step_cost(), 0.0, "steps that pay cost nothing");
+        book.count_ending(StateId(0), 1.0);
+        book.count_ending(StateId(1), 2.0);
+        assert_eq!(book.handicaps(), [(StateId(0), 1_000_000), (StateId(1), 0)]);
+        book.count_step(-1.5);
+        assert_eq!(book.step_cost(), 0.5);
+        assert_eq!(book.handicaps(), [(StateId(0), 2), (StateId(1), 0)]);
+    }
+
+    #[test]
+    fn a_state_keeps_its_first_label_unless_it_turns_out_a_goal() {
+        let mut book = GoalBook::default();
+        book.label_trajectory(StateId(0), StateId(1), true);
+        book.label_trajectory(StateId(1), StateId(2), false);
+        assert_eq!(
+            book.labels(),
+            [(StateId(0), 0), (StateId(1), 1), (StateId(2), 0)]
+        );
     }
 }

@@ -35,7 +35,7 @@ pub struct Engine<E: Environment, A> {
 pub type DiscoveryHook<S> = Box<dyn Fn(&S) -> f64 + Send>;
 
 impl<E: Environment, A: Agent> Engine<E, A> {
-    /// Joins the three.
+    /// Joins the three, which must agree on the number of actions.
     pub fn new(env: E, pipeline: ShapingPipeline<E::State>, agent: A) -> Self {
         Self {
             env,
@@ -54,10 +54,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         self
     }
 
-    /// Runs one episode. `on_refresh` is handed every refresh as it happens, and the pipeline as it is after it.
+    /// Runs one episode, to its termination or truncation. `on_refresh` is handed every refresh as it happens, and the
+    /// pipeline as it is after it.
     ///
     /// # Errors
-    /// As [`ShapingPipeline::observe`].
+    /// As [`ShapingPipeline::observe`]; the episode is then abandoned.
     pub fn run_episode(
         &mut self,
         mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
@@ -78,8 +79,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
                 self.tell_distance(seen.state);
             }
             if seen.first_goal {
-                self.first_goal_step = Some(self.step);
+                self.first_goal_step.get_or_insert(self.step);
                 info!(name: "first_goal", step = self.step, nodes = self.pipeline.transitions().num_states(), "first_goal");
+            }
+            if seen.lost_goal {
+                info!(name: "goal_lost", step = self.step, "goal_lost");
             }
             if let Some(refresh) = &seen.refresh {
                 self.take_up(refresh);
@@ -112,7 +116,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         self.step
     }
 
-    /// The step at which a goal was entered first.
+    /// The step, counted from 1, at which a goal was entered first; `None` before that.
     pub fn first_goal_step(&self) -> Option<u64> {
         self.first_goal_step
     }
@@ -132,7 +136,8 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         &self.env
     }
 
-    /// The environment, to change the task between two episodes.
+    /// The environment, to change the task between two episodes. A goal that moves is noticed when the agent comes by
+    /// where it was.
     pub fn env_mut(&mut self) -> &mut E {
         &mut self.env
     }
@@ -149,9 +154,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
         if let Some(spectrum) = &refresh.spectrum {
             log_spectrum(refresh, spectrum);
-            if let Some(features) = self.pipeline.spectrum().features() {
-                self.agent.set_features(features);
-            }
+        }
+        if refresh.has_features()
+            && let Some(features) = self.pipeline.agent_features()
+        {
+            self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
             let loss = fit.fit.as_ref().map(|report| report.loss);

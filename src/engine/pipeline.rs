@@ -2,6 +2,11 @@
 //!
 //! For those who bring their own agent: call [`ShapingPipeline::begin_episode`] after each reset and
 //! [`ShapingPipeline::observe`] after each step, and learn from `reward + observed.shaping`.
+//!
+//! **Goals may move.** A state where an episode terminated is believed to be a goal until an episode goes on there.
+//! Then it is forgotten: φ is fitted anew on the goals that are left, or is 0 again when there are none, and the search
+//! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
+//! for: each visit would refit φ.
 
 use super::goals::GoalBook;
 use super::record::RefreshRecord;
@@ -9,15 +14,19 @@ use super::schedule::{Moment, RefreshSchedule, ScheduleParams};
 use crate::env::{Action, Step, StepStatus};
 use crate::exploration::explorer::Destination;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationParams, Explorer};
+use crate::features::{DeepWalkParams, FeatureError, FeatureSet, FeatureSource};
 use crate::gcn::GcnParams;
 use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
+use crate::shaping::chain::Chain;
+use crate::shaping::cost_to_go::cost_to_go;
+use crate::shaping::successors::Successors;
 use crate::shaping::{
     Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
     ShapingError, ShapingParams, build_potential,
 };
-use crate::spectral::{ProtoValueFunctions, SpectralError, SpectralParams};
-use faer::Mat;
+use crate::spectral::{ProtoValueFunctions, SpectralParams};
+use faer::{Mat, MatRef};
 use std::hash::Hash;
 use std::time::Instant;
 
@@ -26,6 +35,8 @@ use std::time::Instant;
 pub struct PipelineParams {
     /// Eigenpairs.
     pub spectral: SpectralParams,
+    /// Random walks.
+    pub deepwalk: DeepWalkParams,
     /// Network.
     pub gcn: GcnParams,
     /// Potential and scale.
@@ -42,9 +53,9 @@ pub struct PipelineParams {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineError {
-    /// The spectrum could not be refreshed.
-    #[error("refreshing the spectrum: {0}")]
-    Spectral(#[from] SpectralError),
+    /// The features could not be refreshed.
+    #[error("refreshing the features: {0}")]
+    Features(#[from] FeatureError),
     /// The potential could not be fitted.
     #[error("fitting the potential: {0}")]
     Shaping(#[from] ShapingError),
@@ -69,8 +80,10 @@ pub struct Observed {
     pub bonus: f64,
     /// The state was not known before.
     pub new_state: bool,
-    /// This was the first time that a goal was entered.
+    /// A goal was entered while none was known: the first one, or the first after the last one was lost.
     pub first_goal: bool,
+    /// The state was a goal until now, and the episode went on: the goal is forgotten.
+    pub lost_goal: bool,
     /// The spectrum or the potential was brought up to date.
     pub refresh: Option<Box<RefreshRecord>>,
 }
@@ -86,8 +99,9 @@ enum Guide {
 /// The pipeline over any hashable state. Memory O(states + transitions + n k).
 pub struct ShapingPipeline<S> {
     graph: StateGraph<S>,
-    spectrum: ProtoValueFunctions,
-    needs_spectrum: bool,
+    features: FeatureSet,
+    gcn_features: FeatureSource,
+    agent_features: Option<FeatureSource>,
     model: Box<dyn PotentialModel>,
     table: PotentialTable,
     shaper: RewardShaper,
@@ -100,17 +114,23 @@ pub struct ShapingPipeline<S> {
     pairs_tried: u64,
     start: StateId,
     state: StateId,
+    in_episode: bool,
+    /// For `state`.
     advice: Vec<f64>,
 }
 
 impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// An empty graph, a flat potential.
     ///
-    /// The spectrum is kept up to date if the potential uses it or `needs_features` says that the agent does.
+    /// Features are kept up to date if the potential uses them, or the agent, which is linear in `agent_features`.
+    /// `seed` is the master seed of the run; every part draws from its own stream. `params` are taken to be valid.
+    ///
+    /// # Panics
+    /// Unless 1 ≤ `num_actions` ≤ 65 536 and `params.gamma` is in [0, 1].
     pub fn new(
         params: &PipelineParams,
         num_actions: usize,
-        needs_features: bool,
+        agent_features: Option<FeatureSource>,
         seed: u64,
     ) -> Self {
         let guide = match params.exploration.kind {
@@ -129,10 +149,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             params.shaping.potential,
             PotentialKind::Gcn | PotentialKind::Report
         );
+        let gcn_features = params.gcn.features;
+        let for_gcn = learnt.then_some(gcn_features);
+        let used: Vec<_> = for_gcn.into_iter().chain(agent_features).collect();
         Self {
             graph: StateGraph::new(num_actions),
-            spectrum: ProtoValueFunctions::new(params.spectral.clone(), seed),
-            needs_spectrum: learnt || needs_features,
+            features: FeatureSet::new(&used, &params.spectral, &params.deepwalk, seed),
+            gcn_features,
+            agent_features,
             model: build_potential(&params.shaping, &params.gcn, seed),
             table: PotentialTable::new(),
             shaper: RewardShaper::new(params.gamma),
@@ -144,15 +168,19 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             pairs_tried: 0,
             start: StateId(0),
             state: StateId(0),
+            in_episode: false,
             advice: vec![0.0; num_actions],
         }
     }
 
-    /// Begins an episode in `start`, returns its number.
+    /// Begins an episode in `start`, returns its number. An episode under way is abandoned.
+    ///
+    /// O(1), but O(states + transitions) with the `frontier` exploration if the start is another one than last time.
     pub fn begin_episode(&mut self, start: &S) -> StateId {
         let (state, _) = self.graph.intern(start);
         self.start = state;
         self.state = state;
+        self.in_episode = true;
         self.shaper.begin_episode(self.table.value(state));
         if let Guide::Frontier(explorer) = &mut self.guide {
             explorer.begin_episode(self.graph.transitions(), state);
@@ -163,9 +191,25 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
 
     /// Takes in one step from the present state and returns what it was worth.
     ///
+    /// O(1) among known states, plus the refreshes that the schedule asks for. Without them, and with no state or
+    /// transition that is new, it allocates nothing.
+    ///
     /// # Errors
-    /// If the reward is not finite, or the spectrum or the potential cannot be computed.
+    /// If the reward is not finite, and then nothing has changed; or if the spectrum or the potential cannot be computed.
+    ///
+    /// # Panics
+    /// If no episode is under way, or if `action` is out of range.
     pub fn observe(&mut self, action: Action, step: &Step<S>) -> Result<Observed, PipelineError> {
+        assert!(
+            self.in_episode,
+            "a step without an episode: call begin_episode first"
+        );
+        assert!(
+            action.index() < self.advice.len(),
+            "action {} of {}",
+            action.0,
+            self.advice.len()
+        );
         if !step.reward.is_finite() {
             return Err(PipelineError::Reward {
                 step: self.step,
@@ -177,6 +221,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         let (next, new_state) = self.graph.intern(&step.state);
         self.record(action, step.reward, next, new_state, terminated);
         let first_goal = self.book.is_empty() && terminated;
+        let lost_goal = !terminated && self.forget_goal(next);
         self.keep_book(next, step);
         let refresh = self.refresh_if_due(step.status.is_last())?;
         let shaping = self.shaper.shape(self.table.value(next), step.status);
@@ -185,7 +230,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             _ => 0.0,
         };
         self.state = next;
-        if !step.status.is_last() {
+        self.in_episode = !step.status.is_last();
+        if terminated {
+            self.advice.fill(0.0);
+        } else {
             self.update_advice();
         }
         Ok(Observed {
@@ -194,11 +242,13 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             bonus,
             new_state,
             first_goal,
+            lost_goal,
             refresh,
         })
     }
 
-    /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration.
+    /// Advice for the present state, one logit per action; all 0 without the `frontier` exploration, and after
+    /// termination. After truncation it is that of the last state, whose value still counts.
     pub fn advice(&self) -> &[f64] {
         &self.advice
     }
@@ -208,9 +258,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.graph
     }
 
-    /// The proto-value functions.
+    /// The proto-value functions; without eigenpairs if nobody uses them.
     pub fn spectrum(&self) -> &ProtoValueFunctions {
-        &self.spectrum
+        self.features.spectrum()
+    }
+
+    /// The features that the agent is linear in, as of the last refresh; `None` for an agent without.
+    pub fn agent_features(&self) -> Option<MatRef<'_, f64>> {
+        self.features.get(self.agent_features?)
     }
 
     /// The potential as it stands.
@@ -218,14 +273,36 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.table
     }
 
-    /// Goals seen so far, with their mean rewards.
-    pub fn goals(&mut self) -> &[crate::shaping::Goal] {
+    /// The tried transitions of [`Self::graph`], for numerical code.
+    pub fn transitions(&self) -> &TransitionGraph {
+        self.graph.transitions()
+    }
+
+    /// Goals seen so far and not lost since, with their mean rewards, in the order of discovery.
+    pub fn goals(&self) -> &[crate::shaping::Goal] {
         self.book.goals()
     }
 
     /// Tells the oracle potential the true distance of a state, in typical steps. Other potentials do not listen.
     pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
         self.model.set_true_distance(state, distance);
+    }
+
+    /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached
+    /// over the moves seen, none of whose moves leads to a larger φ. None before the first goal. O((n + transitions) log n).
+    ///
+    /// # Errors
+    /// If an edge weight is not finite and positive.
+    pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
+        let graph = self.graph.transitions();
+        let goals: Vec<u32> = self.book.states().map(|goal| goal.0).collect();
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr())?;
+        let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
+        let order = cost_to_go(&successors, &steps, &goals, &ends).order;
+        let chain = Chain::new(&successors, order, goals.len());
+        let states = 0..graph.num_states() as u32;
+        let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
+        Ok(chain.spurious_maxima(&phi))
     }
 
     fn record(
@@ -256,6 +333,22 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         }
     }
 
+    /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
+    fn forget_goal(&mut self, state: StateId) -> bool {
+        if !self.book.forget(state) {
+            return false;
+        }
+        self.schedule.invalidate_fit();
+        if let Guide::Frontier(explorer) = &mut self.guide {
+            explorer.forget_destination(self.graph.transitions(), state);
+        }
+        if self.book.is_empty() {
+            self.table.flatten();
+            self.unit = 1.0;
+        }
+        true
+    }
+
     fn keep_book(&mut self, next: StateId, step: &Step<S>) {
         match step.status {
             StepStatus::Running => self.book.count_step(step.reward),
@@ -284,9 +377,9 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         episode_over: bool,
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
-        let spectrum_due = self.needs_spectrum && self.schedule.spectrum_due(now);
+        let features_due = self.features.changes() && self.schedule.spectrum_due(now);
         let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
-        if !spectrum_due && !fit_due {
+        if !features_due && !fit_due {
             return Ok(None);
         }
         let adjacency = self.graph.transitions().adjacency().to_csr();
@@ -295,13 +388,16 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             nodes: now.nodes,
             edges: now.edges,
             spectrum: None,
+            embedding: None,
             fit: None,
             spectrum_seconds: 0.0,
             fit_seconds: 0.0,
         };
-        if spectrum_due {
+        if features_due {
             let begin = Instant::now();
-            record.spectrum = Some(self.spectrum.refresh(&adjacency)?);
+            let refresh = self.features.refresh(&adjacency)?;
+            record.spectrum = refresh.spectrum;
+            record.embedding = refresh.embedding;
             record.spectrum_seconds = begin.elapsed().as_secs_f64();
             self.schedule.spectrum_refreshed(now);
         }
@@ -317,13 +413,15 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     fn fit(&mut self, adjacency: &Csr, record: &mut RefreshRecord) -> Result<(), PipelineError> {
         let nothing = Mat::zeros(0, 0);
         let handicaps = self.book.handicaps();
-        let goals = self.book.goals().to_vec();
         let inputs = PotentialInputs {
             graph: self.graph.transitions(),
             adjacency,
-            goals: &goals,
+            goals: self.book.goals(),
             labels: self.book.labels(),
-            features: self.spectrum.features().unwrap_or(nothing.as_ref()),
+            features: self
+                .features
+                .get(self.gcn_features)
+                .unwrap_or(nothing.as_ref()),
         };
         let fit = self.model.fit(&inputs)?;
         self.table.replace(&fit)?;
@@ -349,11 +447,6 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
                 &mut self.advice,
             );
         }
-    }
-
-    /// Read access for numerical code.
-    pub fn transitions(&self) -> &TransitionGraph {
-        self.graph.transitions()
     }
 }
 

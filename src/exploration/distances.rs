@@ -3,99 +3,168 @@
 //! A step u → v counts as possible if some action of u was seen to lead to v, or if v was seen to lead to u and u
 //! still has untried actions, one of which may lead back: so one-way doors are respected once they are known.
 
+use crate::graph::connectivity::{HopSearch, Links, UNREACHED};
 use crate::graph::{StateId, TransitionGraph};
 
-/// The distance of states that are not reached.
-pub const UNREACHED: u32 = u32::MAX;
+/// Possible steps in their direction.
+#[derive(Clone, Copy, Debug)]
+pub struct PossibleSteps<'a>(pub &'a TransitionGraph);
 
-/// Distances in hops, with buffers that are reused.
+impl Links for PossibleSteps<'_> {
+    fn num_nodes(&self) -> usize {
+        self.0.num_states()
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        let state = StateId(node);
+        let guessed = match self.0.untried_actions(state) {
+            0 => &[],
+            _ => self.0.adjacency().neighbors(node),
+        };
+        let seen = self.0.outcomes(state).map(|outcome| outcome.next.0);
+        seen.chain(guessed.iter().copied())
+    }
+}
+
+/// Possible steps against their direction.
+#[derive(Clone, Copy, Debug)]
+pub struct PossibleStepsBack<'a>(pub &'a TransitionGraph);
+
+impl Links for PossibleStepsBack<'_> {
+    fn num_nodes(&self) -> usize {
+        self.0.num_states()
+    }
+
+    fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
+        let has_untried = |u: &u32| self.0.untried_actions(StateId(*u)) > 0;
+        let neighbors = self.0.adjacency().neighbors(node).iter().copied();
+        let seen = self
+            .0
+            .predecessors(StateId(node))
+            .map(|previous| previous.0);
+        seen.chain(neighbors.filter(has_untried))
+    }
+}
+
+/// Distances in hops, as of the last search.
 #[derive(Clone, Debug, Default)]
 pub struct Distances {
-    hops: Vec<u32>,
-    layer: Vec<StateId>,
-    next_layer: Vec<StateId>,
+    search: HopSearch,
 }
 
 impl Distances {
-    /// Hops of `state`; [`UNREACHED`] if it is newer than the last search or was not reached.
+    /// Hops of `state`; [`UNREACHED`] if it was not reached, or is newer than the last search and was not
+    /// [appended](Self::append).
     pub fn get(&self, state: StateId) -> u32 {
-        self.hops.get(state.index()).copied().unwrap_or(UNREACHED)
+        let hops = self.search.hops().get(state.index());
+        hops.copied().unwrap_or(UNREACHED)
     }
 
-    /// The largest distance of a state that was reached; 0 before the first search.
+    /// The largest distance of a state that the last search reached; 0 before the first one.
     pub fn eccentricity(&self) -> u32 {
-        self.hops
-            .iter()
-            .copied()
-            .filter(|hops| *hops != UNREACHED)
-            .max()
-            .unwrap_or(0)
+        self.search.eccentricity()
     }
 
-    /// A state found after the last search, one hop from `from`.
+    /// A state found after the last search, one hop from `from`. Amortised O(1).
     pub fn append(&mut self, from: StateId, state: StateId) {
-        if state.index() >= self.hops.len() {
-            let hops = self.get(from).saturating_add(1);
-            self.hops.resize(state.index(), UNREACHED);
-            self.hops.push(hops);
-        }
+        self.search.append(from, state);
     }
 
     /// Hops from `start` to every state. O(n + m).
+    ///
+    /// # Panics
+    /// If `start` is not in the graph.
     pub fn search_from(&mut self, graph: &TransitionGraph, start: StateId) {
-        self.search(graph, &[(start, 0)], |from, to| {
-            is_possible(graph, from, to)
-        });
+        self.search.run(&PossibleSteps(graph), [start]);
     }
 
     /// Hops from every state to the nearest of `goals`, each with a handicap in hops. O(n + m).
+    ///
+    /// # Panics
+    /// If a goal is not in the graph.
     pub fn search_to(&mut self, graph: &TransitionGraph, goals: &[(StateId, u32)]) {
-        self.search(graph, goals, |to, from| is_possible(graph, from, to));
-    }
-
-    /// Breadth-first search from sources that join in at their handicap.
-    fn search(
-        &mut self,
-        graph: &TransitionGraph,
-        sources: &[(StateId, u32)],
-        possible: impl Fn(StateId, StateId) -> bool,
-    ) {
-        self.hops.clear();
-        self.hops.resize(graph.num_states(), UNREACHED);
-        let mut waiting: Vec<(StateId, u32)> = sources.to_vec();
-        waiting.sort_by_key(|source| std::cmp::Reverse(source.1));
-        self.layer.clear();
-        let mut depth = 0;
-        loop {
-            while let Some((source, _)) = waiting.pop_if(|source| source.1 <= depth) {
-                if self.hops[source.index()] == UNREACHED {
-                    self.hops[source.index()] = depth;
-                    self.layer.push(source);
-                }
-            }
-            if self.layer.is_empty() {
-                match waiting.last() {
-                    Some(source) => depth = source.1,
-                    None => return,
-                }
-                continue;
-            }
-            self.next_layer.clear();
-            for &state in &self.layer {
-                for &neighbor in graph.adjacency().neighbors(state.0) {
-                    let neighbor = StateId(neighbor);
-                    if self.hops[neighbor.index()] == UNREACHED && possible(state, neighbor) {
-                        self.hops[neighbor.index()] = depth + 1;
-                        self.next_layer.push(neighbor);
-                    }
-                }
-            }
-            std::mem::swap(&mut self.layer, &mut self.next_layer);
-            depth += 1;
-        }
+        self.search
+            .run_with_handicaps(&PossibleStepsBack(graph), goals);
     }
 }
 
-fn is_possible(graph: &TransitionGraph, from: StateId, to: StateId) -> bool {
-    graph.untried_actions(from) > 0 || graph.outcomes(from).any(|outcome| outcome.next == to)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::Action;
+    use crate::exploration::fixtures::small_graphs;
+    use petgraph::algo::dijkstra;
+    use petgraph::graph::{DiGraph, NodeIndex};
+    use proptest::prelude::*;
+
+    /// The rule of the module's head, pair by pair.
+    fn is_possible(graph: &TransitionGraph, from: StateId, to: StateId) -> bool {
+        let leads = |u, v| graph.outcomes(u).any(|outcome| outcome.next == v);
+        leads(from, to) || (leads(to, from) && graph.untried_actions(from) > 0)
+    }
+
+    /// All possible steps as a petgraph, with one node more that leads to (or from) the sources at their handicaps.
+    fn oracle(graph: &TransitionGraph, sources: &[(StateId, u32)], back: bool) -> Vec<u32> {
+        let n = graph.num_states() as u32;
+        let mut steps = DiGraph::<(), u32>::new();
+        for _ in 0..=n {
+            steps.add_node(());
+        }
+        for (u, v) in (0..n).flat_map(|u| (0..n).map(move |v| (u, v))) {
+            if u != v && is_possible(graph, StateId(u), StateId(v)) {
+                let (from, to) = if back { (v, u) } else { (u, v) };
+                steps.add_edge(from.into(), to.into(), 1);
+            }
+        }
+        let origin = NodeIndex::from(n);
+        for &(source, handicap) in sources {
+            steps.add_edge(origin, source.0.into(), handicap);
+        }
+        let found = dijkstra(&steps, origin, None, |edge| *edge.weight());
+        (0..n)
+            .map(|v| found.get(&NodeIndex::from(v)).copied().unwrap_or(UNREACHED))
+            .collect()
+    }
+
+    fn all(distances: &Distances, graph: &TransitionGraph) -> Vec<u32> {
+        (0..graph.num_states() as u32)
+            .map(|s| distances.get(StateId(s)))
+            .collect()
+    }
+
+    proptest! {
+        #[test]
+        fn distances_are_those_of_dijkstra(
+            graph in small_graphs(),
+            start in 0u32..8,
+            goals in prop::collection::vec((0u32..8, 0u32..5), 1..4),
+        ) {
+            let n = graph.num_states() as u32;
+            let mut distances = Distances::default();
+            let start = StateId(start % n);
+            distances.search_from(&graph, start);
+            prop_assert_eq!(all(&distances, &graph), oracle(&graph, &[(start, 0)], false));
+            let goals: Vec<_> = goals.iter().map(|&(g, h)| (StateId(g % n), h)).collect();
+            distances.search_to(&graph, &goals);
+            let expected = oracle(&graph, &goals, true);
+            prop_assert_eq!(all(&distances, &graph), &expected[..]);
+            let farthest = expected.into_iter().filter(|&hops| hops != UNREACHED).max();
+            prop_assert_eq!(distances.eccentricity(), farthest.unwrap_or(0));
+        }
+    }
+
+    #[test]
+    fn a_door_is_one_way_once_everything_behind_it_was_tried() {
+        let mut graph = TransitionGraph::new(1);
+        let [hall, yard] = std::array::from_fn(|_| graph.add_state());
+        graph.record(hall, Action(0), -1.0, yard, false);
+        let mut distances = Distances::default();
+        distances.search_to(&graph, &[(hall, 0)]);
+        assert_eq!(distances.get(yard), 1, "the untried action may lead back");
+        graph.record(yard, Action(0), -1.0, yard, false);
+        distances.search_to(&graph, &[(hall, 0)]);
+        assert_eq!(distances.get(yard), UNREACHED);
+        distances.search_from(&graph, hall);
+        assert_eq!(distances.get(yard), 1);
+    }
 }

@@ -27,12 +27,13 @@ pub trait FrontierView {
     fn num_actions(&self) -> usize;
     /// The state that `action` leads to, if that is known well enough to walk there.
     fn successor(&mut self, state: StateId, action: Action) -> Option<StateId>;
-    /// The worth of trying `action` in `state`; [`Interest::None`] if it was tried.
+    /// The worth of taking `action` in `state`: what may come of it if it was never tried.
     fn interest(&mut self, state: StateId, action: Action) -> Interest;
 }
 
-/// The plan and the buffers of the search.
-#[derive(Clone, Debug)]
+/// The plan and the buffers of the search: 12 bytes a state. A search allocates only if the graph has grown or the
+/// plan or the queue is longer than ever before.
+#[derive(Clone, Debug, Default)]
 pub struct FrontierSearch {
     /// Steps still to take, last one first.
     plan: Vec<(StateId, Action)>,
@@ -44,23 +45,10 @@ pub struct FrontierSearch {
     candidates: Vec<Action>,
 }
 
-impl Default for FrontierSearch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl FrontierSearch {
     /// No plan.
     pub fn new() -> Self {
-        Self {
-            plan: Vec::new(),
-            visited: Vec::new(),
-            epoch: 0,
-            parent: Vec::new(),
-            queue: VecDeque::new(),
-            candidates: Vec::new(),
-        }
+        Self::default()
     }
 
     /// The planned action in `state`, if the plan is there.
@@ -69,11 +57,6 @@ impl FrontierSearch {
             .last()
             .filter(|step| step.0 == state)
             .map(|step| step.1)
-    }
-
-    /// Whether no step is planned.
-    pub fn is_idle(&self) -> bool {
-        self.plan.is_empty()
     }
 
     /// Forgets the plan.
@@ -101,7 +84,7 @@ impl FrontierSearch {
         rng: &mut ChaCha8Rng,
     ) -> bool {
         self.plan.clear();
-        self.epoch += 1;
+        self.begin_epoch();
         self.queue.clear();
         self.visit(from, (from, Action(0)));
         let mut last_resort = None;
@@ -167,6 +150,15 @@ impl FrontierSearch {
         }
     }
 
+    /// Forgets what was visited; O(1) but once in 2³² times.
+    fn begin_epoch(&mut self) {
+        self.epoch = self.epoch.wrapping_add(1);
+        if self.epoch == 0 {
+            self.visited.fill(0);
+            self.epoch = 1;
+        }
+    }
+
     fn visit(&mut self, state: StateId, parent: (StateId, Action)) {
         if state.index() >= self.visited.len() {
             self.visited.resize(state.index() + 1, 0);
@@ -186,6 +178,153 @@ impl FrontierSearch {
             let (previous, action) = self.parent[at.index()];
             self.plan.push((previous, action));
             at = previous;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exploration::fixtures::{World, walled_grids};
+    use proptest::prelude::*;
+    use rand::SeedableRng;
+
+    /// A world of which everything is known, with a list of what is interesting.
+    struct Known {
+        world: World,
+        interests: Vec<(usize, u16, Interest)>,
+    }
+
+    impl FrontierView for Known {
+        fn num_actions(&self) -> usize {
+            self.world.num_actions()
+        }
+
+        fn successor(&mut self, state: StateId, action: Action) -> Option<StateId> {
+            let next = self.world.moves[state.index()][action.index()];
+            Some(StateId(next as u32))
+        }
+
+        fn interest(&mut self, state: StateId, action: Action) -> Interest {
+            let place = (state.index(), action.0);
+            let found = self.interests.iter().find(|(s, a, _)| (*s, *a) == place);
+            found.map_or(Interest::None, |found| found.2)
+        }
+    }
+
+    fn rng(seed: u64) -> ChaCha8Rng {
+        ChaCha8Rng::seed_from_u64(seed)
+    }
+
+    /// Follows the plan to its end: where it goes, action by action.
+    fn follow(search: &mut FrontierSearch, world: &World, from: usize) -> Vec<(usize, u16)> {
+        let mut here = StateId(from as u32);
+        let mut path = Vec::new();
+        while let Some(action) = search.planned(here) {
+            path.push((here.index(), action.0));
+            search.advance(here, action);
+            here = StateId(world.moves[here.index()][action.index()] as u32);
+        }
+        path
+    }
+
+    proptest! {
+        #[test]
+        fn the_plan_is_a_shortest_path_to_the_nearest_promising_action(
+            world in walled_grids(),
+            interests in prop::collection::vec((0usize..36, 0u16..4, any::<bool>()), 0..5),
+            from in 0usize..36,
+            seed in any::<u64>(),
+        ) {
+            let n = world.num_states();
+            let from = from % n;
+            let kind = |promising| if promising { Interest::Promising } else { Interest::LastResort };
+            let interests: Vec<_> = interests
+                .into_iter()
+                .map(|(s, a, promising)| (s % n, a, kind(promising)))
+                .collect();
+            let mut known = Known { world, interests };
+            let mut search = FrontierSearch::new();
+            let found = search.search(&mut known, StateId(from as u32), None, &mut rng(seed));
+            let hops = known.world.hops_from(from);
+            let places: Vec<_> = (0..n).flat_map(|s| (0..4).map(move |a| (s, a))).collect();
+            let mut nearest = |wanted| {
+                let wanted: Vec<_> = places
+                    .iter()
+                    .filter(|&&(s, a)| known.interest(StateId(s as u32), Action(a)) == wanted)
+                    .collect();
+                wanted.into_iter().filter_map(|&(s, _)| hops[s]).min()
+            };
+            let (wanted, expected) = match nearest(Interest::Promising) {
+                Some(hops) => (Interest::Promising, Some(hops)),
+                None => (Interest::LastResort, nearest(Interest::LastResort)),
+            };
+            prop_assert_eq!(found, expected.is_some());
+            let path = follow(&mut search, &known.world, from);
+            prop_assert_eq!(path.len() as u32, expected.map_or(0, |hops| hops + 1));
+            if let Some(&(state, action)) = path.last() {
+                prop_assert_eq!(known.interest(StateId(state as u32), Action(action)), wanted);
+            }
+        }
+    }
+
+    #[test]
+    fn of_equals_the_one_straight_ahead_is_taken_else_any() {
+        let world = World::grid(1, 5, |_, _| false);
+        let interests = (0..4).map(|a| (4, a, Interest::Promising)).collect();
+        let mut known = Known { world, interests };
+        let mut search = FrontierSearch::new();
+        let mut first_choices = [0; 4];
+        for seed in 0..100 {
+            assert!(search.search(&mut known, StateId(0), None, &mut rng(seed)));
+            let path = follow(&mut search, &known.world, 0);
+            assert!(
+                path.iter().all(|step| step.1 == 1),
+                "to the right and on: {path:?}"
+            );
+            search.search(&mut known, StateId(4), Some(Action(2)), &mut rng(seed));
+            assert_eq!(search.planned(StateId(4)), Some(Action(2)));
+            search.search(&mut known, StateId(4), None, &mut rng(seed));
+            first_choices[search.planned(StateId(4)).expect("there are four").index()] += 1;
+        }
+        assert!(first_choices.iter().all(|&n| n > 10), "{first_choices:?}");
+    }
+
+    #[test]
+    fn a_plan_is_forgotten_when_the_agent_leaves_it() {
+        let world = World::grid(1, 5, |_, _| false);
+        let mut known = Known {
+            world,
+            interests: vec![(4, 1, Interest::Promising)],
+        };
+        let mut search = FrontierSearch::new();
+        assert!(search.search(&mut known, StateId(0), None, &mut rng(0)));
+        search.advance(StateId(0), Action(1));
+        assert_eq!(search.planned(StateId(1)), Some(Action(1)));
+        assert_eq!(
+            search.planned(StateId(2)),
+            None,
+            "the plan is for another place"
+        );
+        search.advance(StateId(1), Action(0));
+        assert_eq!(search.planned(StateId(1)), None);
+        assert!(search.search(&mut known, StateId(1), None, &mut rng(0)));
+        search.clear();
+        assert_eq!(search.planned(StateId(1)), None);
+    }
+
+    #[test]
+    fn the_number_of_searches_may_wrap() {
+        let world = World::grid(1, 3, |_, _| false);
+        let mut known = Known {
+            world,
+            interests: vec![(2, 1, Interest::Promising)],
+        };
+        let mut search = FrontierSearch::new();
+        search.epoch = u32::MAX - 1;
+        for _ in 0..4 {
+            assert!(search.search(&mut known, StateId(0), None, &mut rng(0)));
+            assert_eq!(follow(&mut search, &known.world, 0).len(), 3);
         }
     }
 }

@@ -7,6 +7,7 @@
 //! - [`frontier`]: shortest known path to the nearest state with something left to try.
 //! - [`displacement`]: what actions do, so that nothing is tried whose outcome is plain.
 //! - [`distances`]: hops from the start and to the goals on the visited graph.
+//! - [`stale`]: what has to be looked at again when a goal was lost.
 //! - [`explorer`]: puts them together, before the first goal and after it.
 //! - [`count_bonus`]: β/√N, the peer.
 
@@ -14,7 +15,10 @@ pub mod count_bonus;
 pub mod displacement;
 pub mod distances;
 pub mod explorer;
+#[cfg(test)]
+mod fixtures;
 pub mod frontier;
+pub mod stale;
 
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;

@@ -2,6 +2,8 @@
 
 pub mod band;
 mod color;
+mod comparison;
+mod comparison_table;
 mod figure;
 mod map;
 mod page;
@@ -11,6 +13,11 @@ mod summary;
 mod terminal;
 mod validity;
 
+pub use comparison::{
+    ArmSummary, ArmTiming, Arrival, Comparison, IqmInterval, MedianInterval, Moments,
+    ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
+};
+pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use figure::overview;
 pub use map::{Charset, draw_map, draw_values};
 pub use page::html_report;

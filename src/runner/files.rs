@@ -38,7 +38,14 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666)); // the umask still applies
     }
-    builder.tempfile_in(folder)
+    // tempfile adds " at path" and a name that says nothing to whoever named another file.
+    builder.tempfile_in(folder).map_err(|error| {
+        let text = error.to_string();
+        let cause = text
+            .rsplit_once(" at path ")
+            .map_or(&*text, |(cause, _)| cause);
+        io::Error::new(error.kind(), cause)
+    })
 }
 
 /// Writes `value` as indented JSON with a final newline.

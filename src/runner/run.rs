@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
 use crate::scenario::{Scenario, World};
+use crate::shaping::Potential;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -117,16 +118,13 @@ where
     logged?;
 
     let graph = engine.pipeline().graph();
-    let labels =
-        (0..graph.transitions().num_states()).map(|s| label(graph.state(StateId(s as u32))));
+    let states = || (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
+    let table = engine.pipeline().potential();
+    let potential: Vec<f64> = states().map(|state| table.value(state)).collect();
     let pairs = engine.pipeline().spectrum().eigenpairs();
     let vectors = pairs.map(|pairs| pairs.vectors.as_ref());
-    records.finish(
-        engine.pipeline().potential().values(),
-        vectors,
-        columns,
-        labels,
-    )?;
+    let labels = states().map(|state| label(graph.state(state)));
+    records.finish(&potential, vectors, columns, labels)?;
     snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
     write_graph_files(folder, graph.transitions(), engine.agent())?;
     Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))

@@ -55,6 +55,12 @@ impl PotentialTable {
         Ok(())
     }
 
+    /// Back to φ = 0 for all states, known and unknown: there is nothing to climb any more. O(n).
+    pub fn flatten(&mut self) {
+        self.values.fill(0.0);
+        self.unknown = 0.0;
+    }
+
     /// Gives `state` a value until the next fit. States in between that have none get the same. Amortised O(1).
     ///
     /// # Panics
@@ -203,6 +209,11 @@ mod tests {
         table.extend(StateId(4), -2.5);
         table.replace(&fit(&[0.0, -2.0])).unwrap();
         assert_eq!(table.values(), [0.0, -2.0, -4.0, -1.0, -2.5]);
+        table.flatten();
+        assert_eq!(
+            (table.values(), table.value(StateId(9))),
+            (&[0.0; 5][..], 0.0)
+        );
     }
 
     #[test]

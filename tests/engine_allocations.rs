@@ -1,0 +1,110 @@
+//! A step among known states, without a refresh, allocates nothing: neither the pipeline nor the agent.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "common/env_worlds.rs"]
+mod env_worlds;
+
+use eigentrail::agent::{Agent, AgentParams, Experience, Situation, build_agent};
+use eigentrail::engine::{PipelineParams, ScheduleParams, ShapingPipeline};
+use eigentrail::env::{Environment, GridWorldParams, Landmark, Layout, StepStatus};
+use eigentrail::exploration::{ExplorationKind, ExplorationParams};
+use env_worlds::grid_world;
+use std::alloc::{GlobalAlloc, System};
+use std::cell::Cell;
+
+/// The system's allocator, counting what the present thread asks for.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+// SAFETY: hands everything on to the system's allocator; the counter is a plain cell of the thread.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: std::alloc::Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: as the caller vouches.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: std::alloc::Layout) {
+        // SAFETY: as the caller vouches.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+/// Allocations of the steps that met nothing new, how many such steps there were, and allocations of the others.
+fn count(kind: ExplorationKind, episodes: usize) -> (u64, u64, u64) {
+    let layout = Layout::open(9, 9)
+        .and_then(|map| map.with_start(Landmark::TopLeft))
+        .and_then(|map| map.with_goal(Landmark::BottomRight, None))
+        .unwrap();
+    let mut world = grid_world(&layout, &GridWorldParams::default(), 0);
+    let params = PipelineParams {
+        exploration: ExplorationParams {
+            kind,
+            ..Default::default()
+        },
+        schedule: ScheduleParams::default(),
+        gamma: 1.0,
+        ..Default::default()
+    };
+    let mut pipeline = ShapingPipeline::new(&params, 4, false, 0);
+    let mut agent = build_agent(&AgentParams::default(), 4, 1.0, 0);
+    let (mut steady, mut steps, mut other) = (0, 0, 0);
+    for episode in 0..episodes {
+        let mut state = pipeline.begin_episode(&world.reset());
+        loop {
+            let known = pipeline.transitions().num_transitions();
+            let before = ALLOCATIONS.get();
+            let action = agent.select_action(Situation {
+                state,
+                advice: pipeline.advice(),
+            });
+            let step = world.step(action);
+            let seen = pipeline.observe(action, &step).unwrap();
+            agent.update(&Experience {
+                state,
+                action,
+                reward: step.reward,
+                shaping: seen.shaping,
+                next: Situation {
+                    state: seen.state,
+                    advice: pipeline.advice(),
+                },
+                status: step.status,
+            });
+            let made = ALLOCATIONS.get() - before;
+            let is_steady =
+                seen.refresh.is_none() && pipeline.transitions().num_transitions() == known;
+            if is_steady && episode >= episodes / 2 {
+                steady += made;
+                steps += 1;
+            } else {
+                other += made;
+            }
+            state = seen.state;
+            if step.status != StepStatus::Running {
+                break;
+            }
+        }
+    }
+    (steady, steps, other)
+}
+
+#[test]
+fn steady_steps_allocate_nothing() {
+    for kind in [
+        ExplorationKind::None,
+        ExplorationKind::CountBonus,
+        ExplorationKind::Frontier,
+    ] {
+        let (steady, steps, other) = count(kind, 60);
+        assert!(other > 100, "{kind:?}: refreshes and growth do allocate");
+        assert!(steps > 200, "{kind:?}: {steps} steady steps");
+        assert_eq!(steady, 0, "{kind:?}: allocations in {steps} steady steps");
+    }
+}
