@@ -4,11 +4,11 @@
 #[path = "common/env_worlds.rs"]
 mod env_worlds;
 
-use env_worlds::grid_world;
 use eigentrail::agent::{Agent, AgentParams, Experience, Situation, build_agent};
 use eigentrail::engine::{PipelineParams, ScheduleParams, ShapingPipeline};
 use eigentrail::env::{Environment, GridWorldParams, Landmark, Layout, StepStatus};
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
+use env_worlds::grid_world;
 use std::alloc::{GlobalAlloc, System};
 use std::cell::Cell;
 

@@ -210,7 +210,10 @@ mod tests {
         table.replace(&fit(&[0.0, -2.0])).unwrap();
         assert_eq!(table.values(), [0.0, -2.0, -4.0, -1.0, -2.5]);
         table.flatten();
-        assert_eq!((table.values(), table.value(StateId(9))), (&[0.0; 5][..], 0.0));
+        assert_eq!(
+            (table.values(), table.value(StateId(9))),
+            (&[0.0; 5][..], 0.0)
+        );
     }
 
     #[test]
