@@ -1,4 +1,4 @@
-//! Diffusion, adjoint and whole potentials on open grids and on a maze with paths of thousands of steps.
+//! Diffusion, its gradient and whole potentials on open grids and on a maze with paths of thousands of steps.
 //!
 //! `cargo bench --bench shaping`, or `-- diffusion/grid` for a part. Sizes above 10⁴ nodes take the fewest samples.
 
@@ -6,7 +6,6 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use eigentrail::gcn::GcnParams;
 use eigentrail::graph::{Csr, StateId};
 use eigentrail::seeds::{Stream, stream};
-use eigentrail::shaping::adjoint::Adjoint;
 use eigentrail::shaping::diffusion::Diffusion;
 use eigentrail::shaping::successors::Successors;
 use eigentrail::shaping::terrain::Terrain;
@@ -98,23 +97,23 @@ fn diffusion(criterion: &mut Criterion) {
             b.iter(|| self::terrain(black_box(&adjacency)))
         });
         group.bench_function(id("solve"), |b| {
-            b.iter(|| {
-                let mut diffusion = Diffusion::new(chain);
-                let mut v = diffusion.cold_start(&[0.0]);
-                diffusion.solve(&q, &mut v, TOL)
-            });
+            b.iter(|| Diffusion::new(chain).solve_cold(&q, &mut vec![0.0], TOL));
         });
         let mut diffusion = Diffusion::new(chain);
-        let mut v = diffusion.cold_start(&[0.0]);
-        let report = diffusion.solve(&q, &mut v, TOL);
+        let report = diffusion.solve_cold(&q, &mut vec![0.0], TOL);
         eprintln!(
             "{name} {}: {report:?}, E = {}",
             chain.len(),
             terrain.eccentricity()
         );
         let gradient = vec![1.0; chain.len()];
-        group.bench_function(id("adjoint"), |b| {
-            b.iter(|| Adjoint::default().solve(&diffusion, &gradient, TOL, 1000).1);
+        group.bench_function(id("gradient"), |b| {
+            b.iter(|| {
+                let mut lambda = vec![0.0; chain.len()];
+                diffusion
+                    .walk_mut()
+                    .solve_transposed(&gradient, &mut lambda, TOL, 1000)
+            });
         });
     }
     group.finish();

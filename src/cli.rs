@@ -29,7 +29,7 @@ pub struct Global {
     #[arg(short, long, action = ArgAction::Count, global = true, conflicts_with = "verbose", help_heading = "Global options")]
     pub quiet: u8,
     /// Threads to use [default: one per processor]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = at_least_one, global = true, help_heading = "Global options")]
+    #[arg(long, value_name = "N", value_parser = thread_count, allow_negative_numbers = true, global = true, help_heading = "Global options")]
     pub threads: Option<usize>,
     /// When to colour; NO_COLOR is honoured too
     #[arg(
@@ -84,6 +84,8 @@ pub enum LogFormat {
 pub enum Command {
     /// Run a scenario: explore, learn, write a run folder, print a summary
     Run(Run),
+    /// Compare learners and potentials over the same seeds, with statistics
+    Compare(Compare),
     /// Check a scenario without running it and print what it amounts to
     Check(Check),
     /// Draw a scenario's map, or the potential that a run has learnt on it
@@ -92,6 +94,10 @@ pub enum Command {
     Track(Track),
     /// Compute a potential towards goals on any graph
     Potential(Potential),
+    /// Show runs side by side as one HTML page that needs nothing else
+    Report(Report),
+    /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
+    Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
     /// List the scenarios that come with the program, and the kinds of worlds and learners
@@ -124,7 +130,7 @@ pub struct Run {
     #[command(flatten)]
     pub scenario: ScenarioArgs,
     /// Master seed [default: run.seed of the scenario]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Run folder [default: runs/NAME/TIME]
     #[arg(long, value_name = "DIR")]
@@ -135,10 +141,57 @@ pub struct Run {
     /// Replace an existing run folder
     #[arg(long)]
     pub force: bool,
+    /// Do not write report.html into the run folder
+    #[arg(long)]
+    pub no_report: bool,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
 }
+
+/// `eigentrail compare`
+#[derive(Args, Debug)]
+pub struct Compare {
+    /// Scenario files, or names of scenarios that come with the program (see `list`)
+    #[arg(value_name = "SCENARIO.toml", required = true)]
+    pub scenarios: Vec<PathBuf>,
+    /// Change one key for every arm, for example --set agent.gamma=0.99; can be repeated. What an arm sets itself wins
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub sets: Vec<String>,
+    /// Master seeds: a range a..b without its end, single seeds, or both, separated by commas
+    #[arg(long, value_name = "SEEDS", default_value = "0..20", value_parser = seeds)]
+    pub seeds: Seeds,
+    /// What to compare, separated by commas (see `list`)
+    #[arg(
+        long,
+        value_name = "ARMS",
+        value_delimiter = ',',
+        default_value = "sparse,gcn,heat,planner"
+    )]
+    pub arms: Vec<String>,
+    /// Compare also with a sparse arm whose step sizes are tuned for the world, on seeds of their own
+    #[arg(long)]
+    pub tuned: bool,
+    /// Output folder [default: runs/NAME/TIME-compare]; of several scenarios each gets a folder in it
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on in an existing folder: what is finished there is not run again
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Replace an existing folder
+    #[arg(long)]
+    pub force: bool,
+    /// Print the numbers as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+    /// Print the tables as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+}
+
+/// Master seeds in the order given, without duplicates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seeds(pub Vec<u64>);
 
 /// `eigentrail check`
 #[derive(Args, Debug)]
@@ -170,7 +223,7 @@ pub struct Track {
     #[arg(value_name = "GRAPH.mtx")]
     pub graph: PathBuf,
     /// How many of the lowest eigenpairs to keep
-    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one)]
+    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one, allow_negative_numbers = true)]
     pub k: usize,
     /// How much the graph grows from one update to the next, as a share of its nodes
     #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive, allow_negative_numbers = true)]
@@ -182,15 +235,18 @@ pub struct Track {
     #[arg(long, value_name = "METHOD", default_value = "warm")]
     pub method: MethodChoice,
     /// Seed of the random start vectors
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
+    /// Prove at each update, by counting eigenvalues, that no pair was missed
+    #[arg(long)]
+    pub certify: bool,
     /// Write the eigenvectors of the whole graph, n × k, as a NumPy file
     #[arg(long, value_name = "OUT.npy")]
     pub vectors: Option<PathBuf>,
     /// Print the updates as JSON
     #[arg(long)]
     pub json: bool,
-    /// Exit with 4 if an update did not converge
+    /// Exit with 4 if an update did not converge, or under --certify could not be proved complete
     #[arg(long)]
     pub strict: bool,
 }
@@ -213,13 +269,13 @@ pub struct Potential {
     #[arg(value_name = "GRAPH.mtx")]
     pub graph: PathBuf,
     /// The goals, as node numbers: rows of the file in order, from 0
-    #[arg(long, value_name = "NODE", num_args = 1.., value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "NODE", num_args = 1.., value_delimiter = ',', required = true, value_parser = node, allow_negative_numbers = true)]
     pub goal: Vec<usize>,
     /// Which potential
     #[arg(long, value_name = "KIND", default_value = "gcn")]
     pub kind: PotentialChoice,
     /// Seed of the network's weights
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Write node and potential of every node as CSV
     #[arg(long, value_name = "PHI.csv")]
@@ -238,8 +294,32 @@ pub enum PotentialChoice {
     Report,
     /// A diffusion from the goals
     Heat,
-    /// Minus the number of edges to the nearest goal
+    /// By the number of edges to the nearest goal
     Hops,
+}
+
+/// `eigentrail report`
+#[derive(Args, Debug)]
+pub struct Report {
+    /// Run folders, or folders of run folders; each run is an arm of the page
+    #[arg(value_name = "RUN", required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Write the page to FILE
+    #[arg(short, long, value_name = "FILE.html", default_value = "report.html")]
+    pub out: PathBuf,
+}
+
+/// `eigentrail figures`
+#[derive(Args, Debug)]
+pub struct Figures {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// Seeds of each arm, from 0
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Write the picture to FILE
+    #[arg(short, long, value_name = "FILE.svg", default_value = "figure.svg")]
+    pub out: PathBuf,
 }
 
 /// `eigentrail new`
@@ -256,6 +336,58 @@ fn at_least_one(text: &str) -> Result<usize, String> {
         Ok(0) | Err(_) => Err("expected a whole number from 1".to_owned()),
         Ok(n) => Ok(n),
     }
+}
+
+/// Threads beyond this only cost: no machine has so many processors.
+const MOST_THREADS: usize = 1024;
+
+/// A number of threads that a machine can start.
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
+        _ => Err(format!("expected a whole number from 1 to {MOST_THREADS}")),
+    }
+}
+
+/// Any whole number of 64 bits.
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+}
+
+/// The number of a node.
+fn node(text: &str) -> Result<usize, String> {
+    text.parse()
+        .map_err(|_| "expected the number of a node, from 0".to_owned())
+}
+
+/// `0..20`, `1,5,9`, or both.
+fn seeds(text: &str) -> Result<Seeds, String> {
+    /// So many that a slip of the finger is more likely than an experiment.
+    const MOST: usize = 100_000;
+    let whole = |number: &str| {
+        let number = number.trim().parse::<u64>();
+        number.map_err(|_| "expected seeds as 0..20 or 1,2,3".to_owned())
+    };
+    let mut seeds = Vec::new();
+    for part in text.split(',') {
+        let (from, to) = match part.split_once("..") {
+            Some((from, to)) => (whole(from)?, whole(to)?),
+            None => (whole(part)?, whole(part)?.saturating_add(1)),
+        };
+        if from >= to {
+            return Err(format!("the range {part} is empty"));
+        }
+        if to - from > MOST as u64 {
+            return Err(format!("the range {part} has more than {MOST} seeds"));
+        }
+        for seed in from..to {
+            if !seeds.contains(&seed) {
+                seeds.push(seed);
+            }
+        }
+    }
+    Ok(Seeds(seeds))
 }
 
 /// A finite number above 0.
@@ -282,5 +414,15 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn seeds_are_ranges_and_single_numbers() {
+        assert_eq!(seeds("3..6, 9,4").unwrap().0, [3, 4, 5, 9]);
+        assert!(seeds("5..5").unwrap_err().contains("empty"));
+        assert!(seeds("0..1000000000").unwrap_err().contains("more than"));
+        for wrong in ["", "a", "1..", "-1", "1.5", "1,,2"] {
+            assert!(seeds(wrong).is_err(), "{wrong}");
+        }
     }
 }

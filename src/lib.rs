@@ -5,6 +5,7 @@
 //! - [`env`](mod@env): worlds. [`env::Environment`] and the grid worlds, mazes and edge lists behind it.
 //! - [`graph`]: the graph of visited states, growing in place.
 //! - [`spectral`]: the low eigenvectors of its Laplacian (proto-value functions), kept up to date.
+//! - [`features`]: those eigenvectors or other features of a state, kept up to date.
 //! - [`gcn`]: a graph convolutional network of two layers on those features.
 //! - [`shaping`]: the potential φ and the policy-invariant reward that comes from it.
 //! - [`exploration`]: what guides the agent before the first reward.
@@ -19,6 +20,7 @@ pub mod engine;
 pub mod env;
 pub mod error;
 pub mod exploration;
+pub mod features;
 pub mod gcn;
 pub mod graph;
 pub mod report;
@@ -28,3 +30,4 @@ pub mod seeds;
 pub mod shaping;
 pub mod spectral;
 pub mod telemetry;
+mod vector_state;

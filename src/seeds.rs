@@ -27,6 +27,8 @@ pub enum Stream {
     Bootstrap = 7,
     /// Ties of the exploration.
     Exploration = 8,
+    /// Random features, the control for learnt ones.
+    Features = 9,
 }
 
 /// The generator of `stream` under `master_seed`.

@@ -435,8 +435,31 @@ mod graphs_refused {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(10));
         program.refuses(&["track", file, "--k", "11"], 3, &["g.mtx", "11", "10"]);
-        program.refuses(&["track", file, "--k", "0"], 2, &["--k"]);
+        for k in ["0", "-3", "many"] {
+            program.refuses(
+                &["track", file, "--k", k],
+                2,
+                &["--k", "a whole number from 1"],
+            );
+        }
         program.refuses(&["track", file, "--growth", "-1"], 2, &["--growth"]);
+    }
+
+    #[test]
+    fn unwritable_results() {
+        let program = Program::new();
+        let file = program.file("g.mtx", &path_graph(10));
+        let words = ["g.mtx/v: cannot write"];
+        program.refuses(
+            &["track", file, "--k", "2", "--vectors", "g.mtx/v"],
+            3,
+            &words,
+        );
+        program.refuses(
+            &["potential", file, "--goal", "1", "--out", "g.mtx/v"],
+            3,
+            &words,
+        );
     }
 
     #[test]
@@ -448,7 +471,17 @@ mod graphs_refused {
             3,
             &["--goal 10", "from 0 to 9"],
         );
+        program.refuses(
+            &["potential", file, "--goal", "-1"],
+            2,
+            &["--goal", "the number of a node, from 0"],
+        );
         program.refuses(&["potential", file], 2, &["--goal"]);
+        program.refuses(
+            &["potential", file, "--goal", "0", "--out", "nowhere/phi.csv"],
+            3,
+            &["error: nowhere/phi.csv: cannot write: No such file or directory (os error 2)\n"],
+        );
     }
 }
 
@@ -747,6 +780,33 @@ mod runs {
         );
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_that_cannot_grow_is_named_and_stays_whole() {
+        let program = Program::new();
+        let text = QUICK.replace("episodes = 25", "episodes = 2000");
+        let file = program.file("x.toml", &text);
+        // Files may have 16 KiB; without the trap the signal would end the program before it can say why.
+        let script = format!(
+            "trap '' XFSZ; ulimit -f 16; exec '{}' run {file} --out o",
+            env!("CARGO_BIN_EXE_eigentrail")
+        );
+        Command::new("bash")
+            .current_dir(program.folder.path())
+            .args(["-c", &script])
+            .assert()
+            .code(1)
+            .stdout("")
+            .stderr(predicate::str::contains(
+                "o/seed-0000/episodes.csv: cannot write: ",
+            ));
+        let rows = fs::read_to_string(program.path("o/seed-0000/episodes.csv")).unwrap();
+        assert!(rows.is_empty() || rows.ends_with('\n'));
+        let info: Value =
+            serde_json::from_slice(&fs::read(program.path("o/run.json")).unwrap()).unwrap();
+        assert_eq!(info["status"], "failed");
+    }
+
     #[cfg(unix)]
     #[test]
     fn ctrl_c_ends_a_run_with_its_files() {
@@ -852,6 +912,7 @@ mod tracks {
             "converged",
             "cold_start",
             "eigenvalues",
+            "cluster_cut",
         ];
         assert_eq!(fields, expected);
         assert_eq!(
@@ -1017,6 +1078,11 @@ mod words {
             "{text}"
         );
         program.refuses(
+            &["show", "open_5x5", "--potential", "o"],
+            3,
+            &["the run is of another world"],
+        );
+        program.refuses(
             &["show", file, "--potential", "nowhere"],
             3,
             &["nowhere: not a run folder"],
@@ -1029,7 +1095,9 @@ mod words {
         let text = program.prints(&["new", "my-world"]);
         let file = program.file("my-world.toml", &text);
         assert!(program.prints(&["check", file]).contains("my-world"));
-        program.refuses(&["new", "my/world"], 3, &["name"]);
+        for name in ["my/world", "", ".hidden", "two\nlines"] {
+            program.refuses(&["new", name], 3, &["error: name = ", "use letters"]);
+        }
     }
 
     #[test]
@@ -1057,7 +1125,8 @@ mod words {
                     .contains("eigentrail")
             );
         }
-        assert!(program.prints(&["man"]).contains(".TH eigentrail 1"));
+        let man = program.prints(&["man"]);
+        assert!(man.contains(".TH eigentrail 1") && man.contains("eigentrail\\-track"));
     }
 
     #[test]
@@ -1065,7 +1134,14 @@ mod words {
         let program = Program::new();
         program.refuses(&[], 2, &["Usage"]);
         program.refuses(&["rum"], 2, &["run"]);
-        program.refuses(&["run", "smoke", "--threads", "0"], 2, &["--threads"]);
+        for threads in ["0", "-1", "100000"] {
+            let told = ["--threads", "from 1 to 1024"];
+            program.refuses(&["run", "smoke", "--threads", threads], 2, &told);
+        }
+        for seed in ["-1", "18446744073709551616", "x"] {
+            let told = ["--seed", "a whole number from 0"];
+            program.refuses(&["run", "smoke", "--seed", seed], 2, &told);
+        }
     }
 
     #[test]

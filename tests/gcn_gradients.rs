@@ -363,6 +363,7 @@ fn a_fit_repeats_the_recorded_pytorch_run() {
         learning_rate: 0.01,
         epochs: 1,
         smoothness: 0.5,
+        ..GcnParams::default()
     };
     for pair in TORCH_LOSSES.windows(2) {
         let (phi, report) = fit_classifier(

@@ -65,7 +65,7 @@ impl AnyAgent {
                     seed,
                 ))
             }
-            FeatureKind::Pvf => {
+            FeatureKind::Pvf | FeatureKind::Deepwalk => {
                 let features = ProtoValueFeatures::new(num_actions);
                 AnyAgent::PvfActorCritic(ActorCritic::new(own, features, num_actions, mix, seed))
             }

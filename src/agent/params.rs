@@ -56,6 +56,8 @@ pub enum FeatureKind {
     Tabular,
     /// Proto-value functions, stacked per action (eq. 13).
     Pvf,
+    /// Skip-gram vectors over random walks, stacked per action.
+    Deepwalk,
 }
 
 /// How the value of s′ is estimated.

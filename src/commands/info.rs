@@ -5,7 +5,8 @@ use crate::cli::{Cli, New};
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
-use eigentrail::scenario::{Scenario, shipped, template};
+use eigentrail::runner::BUILT_IN_ARMS;
+use eigentrail::scenario::{Scenario, check_name, shipped, template};
 use serde_json::Value;
 
 pub fn schema() -> Result<Ending> {
@@ -16,7 +17,7 @@ pub fn schema() -> Result<Ending> {
 pub fn list() -> Result<Ending> {
     let mut text = String::from("scenarios\n");
     for scenario in shipped() {
-        text += &format!("  {:<14} {}\n", scenario.name, scenario.shows());
+        text += &format!("  {:<18} {}\n", scenario.name, scenario.shows());
     }
     let schema = Scenario::json_schema();
     for (section, key) in [
@@ -31,6 +32,10 @@ pub fn list() -> Result<Ending> {
         for (word, about) in choices(&schema, section, key) {
             text += &format!("  {word:<16} {about}\n");
         }
+    }
+    text += "compare --arms\n";
+    for arm in BUILT_IN_ARMS {
+        text += &format!("  {:<16} {}\n", arm.name, arm.about);
     }
     print(&text)?;
     Ok(Ending::Done)
@@ -57,11 +62,8 @@ fn resolve<'a>(schema: &'a Value, value: &'a Value) -> &'a Value {
 }
 
 pub fn new(args: &New) -> Result<Ending> {
-    let text = template(&args.name);
-    // What is printed must be a scenario; only the name can spoil it.
-    let path = std::path::Path::new("scenario.toml");
-    Scenario::parse(path, text.clone(), &[]).map_err(|error| BadInput(error.to_string()))?;
-    print(&text)?;
+    check_name(&args.name).map_err(|rule| BadInput(rule.message))?;
+    print(&template(&args.name))?;
     Ok(Ending::Done)
 }
 
@@ -72,9 +74,15 @@ pub fn completions(shell: Shell) -> Result<Ending> {
     Ok(Ending::Done)
 }
 
+/// The page of the program, then one for each subcommand.
 pub fn man() -> Result<Ending> {
-    let mut page = Vec::new();
-    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-    print(&String::from_utf8_lossy(&page))?;
+    let mut program = Cli::command();
+    let mut pages = Vec::new();
+    clap_mangen::Man::new(program.clone()).render(&mut pages)?;
+    program.build(); // tells the subcommands whose they are
+    for subcommand in program.get_subcommands() {
+        clap_mangen::Man::new(subcommand.clone()).render(&mut pages)?;
+    }
+    print(&String::from_utf8_lossy(&pages))?;
     Ok(Ending::Done)
 }

@@ -1,9 +1,12 @@
 //! What each subcommand does: from the command line to the library, and its results to stdout.
 
 mod check;
+mod compare;
+mod figures;
 mod info;
 mod potential;
 mod progress;
+mod report;
 mod run;
 mod show;
 mod track;
@@ -12,6 +15,7 @@ use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::telemetry::{self, Telemetry};
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::level_filters::LevelFilter;
@@ -48,12 +52,15 @@ pub fn execute(cli: Cli) -> Result<Ending> {
     }
     match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
+        Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
         Command::Show(args) => show::show(args),
         Command::Track(args) => {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
         }
         Command::Potential(args) => potential::potential(args),
+        Command::Report(args) => report::report(args),
+        Command::Figures(args) => figures::figures(args, &telemetry),
         Command::Schema => info::schema(),
         Command::List => info::list(),
         Command::New(args) => info::new(args),
@@ -116,6 +123,16 @@ fn print(text: &str) -> Result<()> {
 /// Prints a result as one line of JSON.
 fn print_json(value: &impl serde::Serialize) -> Result<()> {
     print(&serde_json::to_string(value)?)
+}
+
+/// Finds out before hours of work whether a file can be written at the end.
+fn require_writable(path: Option<&Path>) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    match tempfile::tempfile_in(folder.unwrap_or(Path::new("."))) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
+    }
 }
 
 /// A flag that Ctrl-C sets; the second Ctrl-C ends the program at once.

@@ -1,8 +1,8 @@
 //! `eigentrail potential`
 
-use super::{BadInput, Ending, print, print_json};
+use super::{BadInput, Ending, print, print_json, require_writable};
 use crate::cli::{self, PotentialChoice};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{StateId, matrix_market};
 use eigentrail::runner::files::write_atomically;
@@ -22,6 +22,7 @@ struct PotentialLine {
 }
 
 pub fn potential(args: &cli::Potential) -> Result<Ending> {
+    require_writable(args.out.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
     let n = adjacency.rows();
@@ -78,7 +79,7 @@ fn write_csv(path: &Path, values: &[f64]) -> Result<()> {
         }
         Ok(())
     });
-    written.map_err(|error| BadInput(format!("{}: cannot write: {error}", path.display())).into())
+    written.with_context(|| format!("{}: cannot write", path.display()))
 }
 
 fn text(line: &PotentialLine, values: &[f64]) -> String {

@@ -41,11 +41,11 @@ impl Progress {
         }
     }
 
-    /// One more is done; `detail` says something about it.
-    pub fn step(&mut self, detail: impl FnOnce() -> String) {
-        self.done += 1;
+    /// So many are done; `detail` says something about the last one.
+    pub fn reach(&mut self, done: u64, detail: impl FnOnce() -> String) {
+        self.done = done;
         if let Some(bar) = &self.bar {
-            bar.inc(1);
+            bar.set_position(done);
         } else if self.lines && self.said.elapsed() >= LINE_EVERY {
             self.said = Instant::now();
             eprintln!(

@@ -27,7 +27,8 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         events: &telemetry.events,
         stop: &stop,
         on_episode: &mut |record| {
-            progress.step(|| format!("{} steps, {} states", record.step, record.nodes));
+            let detail = || format!("{} steps, {} states", record.step, record.nodes);
+            progress.reach(record.episode + 1, detail);
         },
     };
     let report = runner::run(&loaded, &request, &mut watch)?;
@@ -37,6 +38,9 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
             seed = request.seed,
             "already finished in this folder, not run again"
         );
+    }
+    if !args.no_report {
+        super::report::write_into(&report.folder)?;
     }
     let outcome = &report.outcome;
     if args.json {

@@ -25,7 +25,11 @@ pub fn show(args: &cli::Show) -> Result<Ending> {
     };
     let text = match (&world, &args.potential) {
         (World::Grid(map), None) => draw_map(map.layout(), charset) + &facts(&world),
-        (World::Grid(map), Some(run)) => potential(map.layout(), &seed_folder(run)?, charset)?,
+        (World::Grid(map), Some(run)) => {
+            let folder = seed_folder(run)?;
+            same_map(map.layout(), &folder)?;
+            potential(map.layout(), &folder, charset)?
+        }
         (World::Listed(_, names), None) => {
             format!("states: {}\n{}", names.join(", "), facts(&world))
         }
@@ -52,6 +56,22 @@ fn facts(world: &World) -> String {
         grouped(reachable as u64),
         world.optimum().expected_steps
     )
+}
+
+/// Refuses the potential of a run on another map, where the run's scenario is still beside it.
+fn same_map(layout: &Layout, folder: &Path) -> Result<()> {
+    let beside = folder.parent().unwrap_or(folder).join("resolved.toml");
+    let Ok(run) = Scenario::load(&beside, &[]) else {
+        return Ok(());
+    };
+    let world = run.scenario.world(run.scenario.run.seed);
+    match world.expect("the scenario was checked when it was loaded") {
+        World::Grid(map) if map.layout() == layout => Ok(()),
+        _ => bail!(BadInput(format!(
+            "{}: the run is of another world: its map differs from the scenario's",
+            folder.display()
+        ))),
+    }
 }
 
 /// The map, shaded by φ.

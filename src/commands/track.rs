@@ -1,30 +1,16 @@
 //! `eigentrail track`
 
 use super::progress::Progress;
-use super::{BadInput, Ending, print, print_json};
+use super::{BadInput, Ending, print, print_json, require_writable};
 use crate::cli::{self, MethodChoice};
 use anyhow::Result;
 use comfy_table::{Table, presets};
-use eigentrail::error::Error;
-use eigentrail::graph::matrix_market;
+use eigentrail::error::{Error, ErrorKind};
+use eigentrail::graph::{Csr, matrix_market};
 use eigentrail::report::grouped;
-use eigentrail::runner::{self, RunnerError, TrackReport, TrackUpdate, write_matrix};
-use eigentrail::spectral::{Method, SpectralParams};
+use eigentrail::runner::write_matrix;
+use eigentrail::spectral::{self, Method, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum};
 use eigentrail::telemetry::Telemetry;
-use serde::Serialize;
-
-/// `track --json`
-#[derive(Serialize)]
-struct TrackLine<'a> {
-    n: usize,
-    nnz: usize,
-    k: usize,
-    method: &'static str,
-    threads: usize,
-    updates: &'a [TrackUpdate],
-    total_seconds: f64,
-    eigenvalues: &'a [f64],
-}
 
 pub fn track(
     args: &cli::Track,
@@ -32,62 +18,65 @@ pub fn track(
     telemetry: &Telemetry,
     bars: bool,
 ) -> Result<Ending> {
+    require_writable(args.vectors.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
-    let (method, method_name) = method(args.method);
-    let threads = threads.unwrap_or_else(rayon::current_num_threads);
-    let params = SpectralParams {
-        num_eigenpairs: args.k,
+    let params = TrackParams {
+        k: args.k,
+        growth: args.growth,
         tol: args.tol,
-        method,
-        threads,
-        ..SpectralParams::default()
+        method: method(args.method),
+        threads: threads.unwrap_or_else(rayon::current_num_threads),
+        seed: args.seed,
+        certify: args.certify,
+        ..TrackParams::default()
     };
-    params.validate().map_err(Error::from)?;
-    let sizes = runner::track_sizes(adjacency.rows(), args.growth).len() as u64;
-    let mut progress = Progress::new(telemetry, bars, "updates", sizes);
-    let report = runner::track(&adjacency, &params, args.growth, args.seed, |update| {
-        progress.step(|| format!("{} nodes", update.nodes));
-    });
-    drop(progress);
-    let report = report.map_err(|error| match Error::from(error) {
-        error if error.kind() == eigentrail::error::ErrorKind::BadInput => {
-            BadInput(format!("{}: {error}", args.graph.display())).into()
-        }
-        error => anyhow::Error::from(error),
-    })?;
-    if let (Some(path), Some(pairs)) = (&args.vectors, &report.eigenpairs) {
-        write_matrix(path, pairs.vectors.as_ref())
-            .map_err(|error: RunnerError| BadInput(error.to_string()))?;
+    let tracked = follow(args, &adjacency, &params, telemetry, bars)?;
+    if let Some(path) = &args.vectors {
+        write_matrix(path, tracked.eigenpairs.vectors.as_ref()).map_err(Error::from)?;
     }
     if args.json {
-        let eigenvalues = report.updates.last().map_or(&[][..], |u| &u.eigenvalues);
-        print_json(&TrackLine {
-            n: adjacency.rows(),
-            nnz: adjacency.nnz(),
-            k: args.k,
-            method: method_name,
-            threads,
-            updates: &report.updates,
-            total_seconds: report.total_seconds,
-            eigenvalues,
-        })?;
+        print_json(&tracked.report)?;
     } else {
-        print(&table(&report))?;
+        print(&table(&tracked.report))?;
     }
-    let converged = report.updates.iter().all(|update| update.converged);
-    Ok(if converged || !args.strict {
-        Ending::Done
-    } else {
+    Ok(ending(args, &tracked.report.updates))
+}
+
+/// Under `--strict` every update must have converged, and under `--certify` with a proof.
+fn ending(args: &cli::Track, updates: &[TrackUpdate]) -> Ending {
+    let sound = |u: &TrackUpdate| u.converged && (!args.certify || u.certified == Some(true));
+    if args.strict && !updates.iter().all(sound) {
         Ending::NotConverged
+    } else {
+        Ending::Done
+    }
+}
+
+fn follow(
+    args: &cli::Track,
+    adjacency: &Csr,
+    params: &TrackParams,
+    telemetry: &Telemetry,
+    bars: bool,
+) -> Result<TrackedSpectrum> {
+    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.rows() as u64);
+    let tracked = spectral::track(adjacency, params, |update| {
+        progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
+    });
+    tracked.map_err(|error| match Error::from(error) {
+        error if error.kind() == ErrorKind::BadInput => {
+            BadInput(format!("{}: {error}", args.graph.display())).into()
+        }
+        error => error.into(),
     })
 }
 
-fn method(choice: MethodChoice) -> (Method, &'static str) {
+fn method(choice: MethodChoice) -> Method {
     match choice {
-        MethodChoice::Warm => (Method::Warm, "warm"),
-        MethodChoice::Cold => (Method::Cold, "cold"),
-        MethodChoice::Full => (Method::Full, "full"),
+        MethodChoice::Warm => Method::Warm,
+        MethodChoice::Cold => Method::Cold,
+        MethodChoice::Full => Method::Full,
     }
 }
 
@@ -115,11 +104,11 @@ fn table(report: &TrackReport) -> String {
             table.add_row(row(update));
         }
     }
-    let values = updates
-        .last()
-        .map(|u| u.eigenvalues.as_slice())
-        .unwrap_or_default();
-    let values: Vec<String> = values.iter().map(|v| format!("{v:.6e}")).collect();
+    let values: Vec<String> = report
+        .eigenvalues
+        .iter()
+        .map(|v| format!("{v:.6e}"))
+        .collect();
     format!(
         "{}\n{} updates in {:.3} s\neigenvalues {}",
         table.trim_fmt(),
@@ -143,4 +132,52 @@ fn row(update: &TrackUpdate) -> [String; 8] {
             .map_or_else(String::new, |v| format!("{v:.3e}")),
         if update.converged { "yes" } else { "no" }.to_owned(),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{Cli, Command};
+    use clap::Parser;
+
+    fn ending_of(flags: &str, converged: bool, certified: Option<bool>) -> Ending {
+        let line = format!("eigentrail track g.mtx {flags}");
+        let Command::Track(args) = Cli::parse_from(line.split_whitespace()).command else {
+            panic!("{line}");
+        };
+        let update = TrackUpdate {
+            nodes: 1,
+            edges: 0,
+            seconds: 0.0,
+            applications: 0,
+            solves: 0,
+            max_relative_residual: 0.0,
+            converged,
+            cold_start: true,
+            eigenvalues: vec![0.0],
+            cluster_cut: false,
+            certified,
+            repaired: 0,
+        };
+        ending(&args, &[update])
+    }
+
+    #[test]
+    fn only_strict_minds() {
+        assert_eq!(ending_of("", false, None), Ending::Done);
+        assert_eq!(ending_of("--strict", true, None), Ending::Done);
+        assert_eq!(ending_of("--strict", false, None), Ending::NotConverged);
+        assert_eq!(
+            ending_of("--strict --certify", true, Some(true)),
+            Ending::Done
+        );
+        assert_eq!(
+            ending_of("--strict --certify", true, None),
+            Ending::NotConverged
+        );
+        assert_eq!(
+            ending_of("--strict --certify", true, Some(false)),
+            Ending::NotConverged
+        );
+    }
 }

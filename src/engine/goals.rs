@@ -82,6 +82,11 @@ impl GoalBook {
         &self.goals
     }
 
+    /// The goals' states, in the order of their discovery.
+    pub fn states(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.goals.iter().map(|goal| goal.state)
+    }
+
     /// Labelled states, class 1 = rewarding.
     pub fn labels(&self) -> &[(StateId, usize)] {
         &self.labels

@@ -54,13 +54,14 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         self
     }
 
-    /// Runs one episode, to its termination or truncation. `on_refresh` is handed every refresh as it happens.
+    /// Runs one episode, to its termination or truncation. `on_refresh` is handed every refresh as it happens, and the
+    /// pipeline as it is after it.
     ///
     /// # Errors
     /// As [`ShapingPipeline::observe`]; the episode is then abandoned.
     pub fn run_episode(
         &mut self,
-        mut on_refresh: impl FnMut(&RefreshRecord),
+        mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<EpisodeRecord, PipelineError> {
         let start = self.env.reset();
         let mut state = self.pipeline.begin_episode(&start);
@@ -86,7 +87,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             }
             if let Some(refresh) = &seen.refresh {
                 self.take_up(refresh);
-                on_refresh(refresh);
+                on_refresh(refresh, &self.pipeline);
             }
             let reward = step.reward + seen.bonus;
             self.agent.update(&Experience {
@@ -153,9 +154,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
         if let Some(spectrum) = &refresh.spectrum {
             log_spectrum(refresh, spectrum);
-            if let Some(features) = self.pipeline.spectrum().features() {
-                self.agent.set_features(features);
-            }
+        }
+        if refresh.has_features()
+            && let Some(features) = self.pipeline.agent_features()
+        {
+            self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
             let loss = fit.fit.as_ref().map(|report| report.loss);

@@ -14,15 +14,19 @@ use super::schedule::{Moment, RefreshSchedule, ScheduleParams};
 use crate::env::{Action, Step, StepStatus};
 use crate::exploration::explorer::Destination;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationParams, Explorer};
+use crate::features::{DeepWalkParams, FeatureError, FeatureSet, FeatureSource};
 use crate::gcn::GcnParams;
 use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
+use crate::shaping::chain::Chain;
+use crate::shaping::cost_to_go::cost_to_go;
+use crate::shaping::successors::Successors;
 use crate::shaping::{
     Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
     ShapingError, ShapingParams, build_potential,
 };
-use crate::spectral::{ProtoValueFunctions, SpectralError, SpectralParams};
-use faer::Mat;
+use crate::spectral::{ProtoValueFunctions, SpectralParams};
+use faer::{Mat, MatRef};
 use std::hash::Hash;
 use std::time::Instant;
 
@@ -31,6 +35,8 @@ use std::time::Instant;
 pub struct PipelineParams {
     /// Eigenpairs.
     pub spectral: SpectralParams,
+    /// Random walks.
+    pub deepwalk: DeepWalkParams,
     /// Network.
     pub gcn: GcnParams,
     /// Potential and scale.
@@ -47,9 +53,9 @@ pub struct PipelineParams {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineError {
-    /// The spectrum could not be refreshed.
-    #[error("refreshing the spectrum: {0}")]
-    Spectral(#[from] SpectralError),
+    /// The features could not be refreshed.
+    #[error("refreshing the features: {0}")]
+    Features(#[from] FeatureError),
     /// The potential could not be fitted.
     #[error("fitting the potential: {0}")]
     Shaping(#[from] ShapingError),
@@ -93,8 +99,9 @@ enum Guide {
 /// The pipeline over any hashable state. Memory O(states + transitions + n k).
 pub struct ShapingPipeline<S> {
     graph: StateGraph<S>,
-    spectrum: ProtoValueFunctions,
-    needs_spectrum: bool,
+    features: FeatureSet,
+    gcn_features: FeatureSource,
+    agent_features: Option<FeatureSource>,
     model: Box<dyn PotentialModel>,
     table: PotentialTable,
     shaper: RewardShaper,
@@ -115,15 +122,15 @@ pub struct ShapingPipeline<S> {
 impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// An empty graph, a flat potential.
     ///
-    /// The spectrum is kept up to date if the potential uses it or `needs_features` says that the agent does. `seed`
-    /// is the master seed of the run; every part draws from its own stream. `params` are taken to be valid.
+    /// Features are kept up to date if the potential uses them, or the agent, which is linear in `agent_features`.
+    /// `seed` is the master seed of the run; every part draws from its own stream. `params` are taken to be valid.
     ///
     /// # Panics
     /// Unless 1 ≤ `num_actions` ≤ 65 536 and `params.gamma` is in [0, 1].
     pub fn new(
         params: &PipelineParams,
         num_actions: usize,
-        needs_features: bool,
+        agent_features: Option<FeatureSource>,
         seed: u64,
     ) -> Self {
         let guide = match params.exploration.kind {
@@ -142,10 +149,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             params.shaping.potential,
             PotentialKind::Gcn | PotentialKind::Report
         );
+        let gcn_features = params.gcn.features;
+        let for_gcn = learnt.then_some(gcn_features);
+        let used: Vec<_> = for_gcn.into_iter().chain(agent_features).collect();
         Self {
             graph: StateGraph::new(num_actions),
-            spectrum: ProtoValueFunctions::new(params.spectral.clone(), seed),
-            needs_spectrum: learnt || needs_features,
+            features: FeatureSet::new(&used, &params.spectral, &params.deepwalk, seed),
+            gcn_features,
+            agent_features,
             model: build_potential(&params.shaping, &params.gcn, seed),
             table: PotentialTable::new(),
             shaper: RewardShaper::new(params.gamma),
@@ -247,9 +258,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.graph
     }
 
-    /// The proto-value functions.
+    /// The proto-value functions; without eigenpairs if nobody uses them.
     pub fn spectrum(&self) -> &ProtoValueFunctions {
-        &self.spectrum
+        self.features.spectrum()
+    }
+
+    /// The features that the agent is linear in, as of the last refresh; `None` for an agent without.
+    pub fn agent_features(&self) -> Option<MatRef<'_, f64>> {
+        self.features.get(self.agent_features?)
     }
 
     /// The potential as it stands.
@@ -270,6 +286,23 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// Tells the oracle potential the true distance of a state, in typical steps. Other potentials do not listen.
     pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
         self.model.set_true_distance(state, distance);
+    }
+
+    /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached
+    /// over the moves seen, none of whose moves leads to a larger φ. None before the first goal. O((n + transitions) log n).
+    ///
+    /// # Errors
+    /// If an edge weight is not finite and positive.
+    pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
+        let graph = self.graph.transitions();
+        let goals: Vec<u32> = self.book.states().map(|goal| goal.0).collect();
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr())?;
+        let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
+        let order = cost_to_go(&successors, &steps, &goals, &ends).order;
+        let chain = Chain::new(&successors, order, goals.len());
+        let states = 0..graph.num_states() as u32;
+        let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
+        Ok(chain.spurious_maxima(&phi))
     }
 
     fn record(
@@ -344,9 +377,9 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         episode_over: bool,
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
-        let spectrum_due = self.needs_spectrum && self.schedule.spectrum_due(now);
+        let features_due = self.features.changes() && self.schedule.spectrum_due(now);
         let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
-        if !spectrum_due && !fit_due {
+        if !features_due && !fit_due {
             return Ok(None);
         }
         let adjacency = self.graph.transitions().adjacency().to_csr();
@@ -355,13 +388,16 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             nodes: now.nodes,
             edges: now.edges,
             spectrum: None,
+            embedding: None,
             fit: None,
             spectrum_seconds: 0.0,
             fit_seconds: 0.0,
         };
-        if spectrum_due {
+        if features_due {
             let begin = Instant::now();
-            record.spectrum = Some(self.spectrum.refresh(&adjacency)?);
+            let refresh = self.features.refresh(&adjacency)?;
+            record.spectrum = refresh.spectrum;
+            record.embedding = refresh.embedding;
             record.spectrum_seconds = begin.elapsed().as_secs_f64();
             self.schedule.spectrum_refreshed(now);
         }
@@ -382,7 +418,10 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             adjacency,
             goals: self.book.goals(),
             labels: self.book.labels(),
-            features: self.spectrum.features().unwrap_or(nothing.as_ref()),
+            features: self
+                .features
+                .get(self.gcn_features)
+                .unwrap_or(nothing.as_ref()),
         };
         let fit = self.model.fit(&inputs)?;
         self.table.replace(&fit)?;

@@ -1,6 +1,7 @@
 //! What happened, as plain values: the rows of the result files.
 
 use crate::env::StepStatus;
+use crate::features::EmbeddingRefresh;
 use crate::shaping::PotentialFit;
 use crate::spectral::SpectrumRefresh;
 
@@ -36,10 +37,19 @@ pub struct RefreshRecord {
     pub edges: usize,
     /// What the eigensolver did, if the spectrum was refreshed.
     pub spectrum: Option<SpectrumRefresh>,
+    /// What the random walks did, if they were drawn.
+    pub embedding: Option<EmbeddingRefresh>,
     /// What the fit did, if the potential was fitted. Its `values` are moved into the pipeline's table.
     pub fit: Option<PotentialFit>,
-    /// Wall time of the spectrum, in seconds; for the log only.
+    /// Wall time of the features, in seconds; for the log only.
     pub spectrum_seconds: f64,
     /// Wall time of the fit, in seconds; for the log only.
     pub fit_seconds: f64,
+}
+
+impl RefreshRecord {
+    /// Whether features were refreshed, from whichever source.
+    pub fn has_features(&self) -> bool {
+        self.spectrum.is_some() || self.embedding.is_some()
+    }
 }

@@ -31,6 +31,9 @@ pub struct Destination {
     pub handicap: u32,
 }
 
+/// Beyond this many tries an action has shown what it can do: a slip of 0.3 hides a door with probability 0.3^16.
+const MAX_TRIES_WANTED: u32 = 16;
+
 /// What the search looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quest {
@@ -71,6 +74,10 @@ pub struct Explorer {
     search_steps: u64,
     /// The plan is one of [`Quest::OtherGoal`].
     searching: bool,
+    /// Some action has been seen to have two outcomes.
+    stochastic: bool,
+    /// An action counts as tried after this many tries.
+    tries_wanted: u32,
     rng: ChaCha8Rng,
 }
 
@@ -93,6 +100,8 @@ impl Explorer {
             steps: 0,
             search_steps: 0,
             searching: false,
+            stochastic: false,
+            tries_wanted: 1,
             rng,
         }
     }
@@ -137,6 +146,7 @@ impl Explorer {
         }
         self.stale.enter(to);
         if first_time {
+            self.stochastic |= graph.tries(from, action) > 1;
             self.exhausted[Quest::FirstGoal as usize] = None;
             self.displacements.learn(graph, from, action, to);
             self.from_start.append(from, to);
@@ -226,6 +236,7 @@ impl Explorer {
         }
         if self.destinations.is_empty() {
             let found = self.look(graph, state, Quest::FirstGoal)
+                || (self.stochastic && self.look_closer(graph, state))
                 || (self.is_lost && self.look_again(graph, state));
             return self.search.planned(state).filter(|_| found);
         }
@@ -237,6 +248,16 @@ impl Explorer {
         }
         self.searching = false;
         None
+    }
+
+    /// Everything was tried often enough, but where actions slip a door may have been missed: asks for one more try.
+    fn look_closer(&mut self, graph: &TransitionGraph, state: StateId) -> bool {
+        if self.tries_wanted == MAX_TRIES_WANTED {
+            return false;
+        }
+        self.tries_wanted += 1;
+        self.exhausted[Quest::FirstGoal as usize] = None;
+        self.look(graph, state, Quest::FirstGoal)
     }
 
     /// Everything in reach was entered since the goal was lost, and it is nowhere: it may have moved meanwhile. Stale
@@ -280,6 +301,11 @@ impl Explorer {
             from_start: &self.from_start,
             destinations: &self.destinations,
             terminal: &self.terminal,
+            tries_wanted: if quest == Quest::FirstGoal {
+                self.tries_wanted
+            } else {
+                1
+            },
             stale: &self.stale,
             quest,
             best: self.to_goal.get(self.start),
@@ -313,9 +339,40 @@ impl Explorer {
             }
         }
         for outcome in graph.outcomes(state) {
-            let share = f64::from(outcome.count) / f64::from(graph.tries(state, outcome.action));
+            let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
+            let share = f64::from(outcome.count) / tries;
             advice[outcome.action.index()] +=
                 weight * share * (potential.value(outcome.next) - here);
+        }
+        if self.stochastic {
+            self.add_doubt(graph, state, potential, weight, advice);
+        }
+    }
+
+    /// Outcomes not seen that count beside those seen: where actions slip, one bad try must not rule an action out.
+    fn doubt(&self) -> f64 {
+        if self.stochastic { 1.0 } else { 0.0 }
+    }
+
+    /// The unseen outcome of every tried action might be the best neighbour of `state`.
+    fn add_doubt(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        let neighbors = graph.adjacency().neighbors(state.0).iter();
+        let best = neighbors
+            .map(|&next| potential.value(StateId(next)) - here)
+            .fold(0.0, f64::max);
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let tries = graph.tries(state, Action(i as u16));
+            if tries > 0 {
+                *logit += weight * best * self.doubt() / (f64::from(tries) + self.doubt());
+            }
         }
     }
 }
@@ -327,6 +384,7 @@ struct QuestView<'a> {
     from_start: &'a Distances,
     destinations: &'a [Destination],
     terminal: &'a [bool],
+    tries_wanted: u32,
     stale: &'a StaleStates,
     quest: Quest,
     /// L, the steps of the best path known from the start to a goal.
@@ -336,6 +394,11 @@ struct QuestView<'a> {
 impl QuestView<'_> {
     fn is_terminal(&self, state: StateId) -> bool {
         self.terminal.get(state.index()).copied().unwrap_or(false)
+    }
+
+    /// Whether as many neighbours of `state` are known as it has actions, so that trying one again shows nothing new.
+    fn is_complete(&self, state: StateId) -> bool {
+        self.graph.adjacency().neighbors(state.0).len() >= self.graph.num_actions()
     }
 
     /// Whether `action` is known to lead from `state` to one that was not entered since the goal was lost.
@@ -385,7 +448,8 @@ impl FrontierView for QuestView<'_> {
         if self.leads_to_stale(state, action) {
             return Interest::Promising;
         }
-        if self.graph.tries(state, action) > 0 {
+        let tries = self.graph.tries(state, action);
+        if tries >= self.tries_wanted || (tries > 0 && self.is_complete(state)) {
             return Interest::None;
         }
         let prediction = self.displacements.predict(self.graph, state, action);

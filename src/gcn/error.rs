@@ -52,6 +52,14 @@ pub enum GcnError {
         /// Inputs of the second one.
         inputs: usize,
     },
+    /// A network with the wrong number of outputs for its purpose.
+    #[error("the network has {found} outputs where {expected} is needed")]
+    Outputs {
+        /// Outputs that its purpose asks for.
+        expected: usize,
+        /// Outputs it has.
+        found: usize,
+    },
     /// A stored optimiser belongs to another network.
     #[error(
         "the optimiser's state has {moments} numbers in the shape of another network of {parameters} parameters"

@@ -1,6 +1,7 @@
 //! What a fit may be told.
 
 use super::GcnError;
+use crate::features::FeatureSource;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,6 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, rename_all = "snake_case")]
 pub struct GcnParams {
+    /// What the network sees of a state: `pvf`, `deepwalk`, `random` or `constant`.
+    pub features: FeatureSource,
     /// Hidden units, at least 1 (report: 16).
     pub hidden_dim: usize,
     /// Adam's step size, above 0 (report: 0.01).
@@ -21,6 +24,7 @@ pub struct GcnParams {
 impl Default for GcnParams {
     fn default() -> Self {
         Self {
+            features: FeatureSource::default(),
             hidden_dim: 16,
             learning_rate: 0.01,
             epochs: 40,

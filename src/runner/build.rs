@@ -3,6 +3,7 @@
 use crate::agent::{AgentKind, AnyAgent, FeatureKind, build_agent};
 use crate::engine::{Engine, PipelineParams, ShapingPipeline};
 use crate::env::Model;
+use crate::features::FeatureSource;
 use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 
@@ -15,12 +16,15 @@ where
     let num_actions = world.num_actions();
     let params = &scenario.agent;
     let agent = build_agent(params, num_actions, scenario.shaping.mix, seed);
-    let needs_features =
-        params.kind == AgentKind::ActorCritic && params.features == FeatureKind::Pvf;
+    let agent_features = match (params.kind, params.features) {
+        (AgentKind::ActorCritic, FeatureKind::Pvf) => Some(FeatureSource::Pvf),
+        (AgentKind::ActorCritic, FeatureKind::Deepwalk) => Some(FeatureSource::Deepwalk),
+        _ => None,
+    };
     let pipeline = ShapingPipeline::new(
         &pipeline_params(scenario),
         num_actions,
-        needs_features,
+        agent_features,
         seed,
     );
     if scenario.shaping.potential != PotentialKind::Oracle {
@@ -36,6 +40,7 @@ where
 pub fn pipeline_params(scenario: &Scenario) -> PipelineParams {
     PipelineParams {
         spectral: scenario.spectral.clone(),
+        deepwalk: scenario.deepwalk.clone(),
         gcn: scenario.gcn.clone(),
         shaping: scenario.shaping.clone(),
         exploration: scenario.exploration.clone(),

@@ -1,5 +1,6 @@
 //! What can go wrong around a run.
 
+use crate::scenario::Choices;
 use std::path::{Path, PathBuf};
 
 /// Why a run did not begin, or did not end.
@@ -17,12 +18,22 @@ pub enum RunnerError {
     },
     /// What is to be resumed or replaced is no run, so touching it might destroy something else.
     #[error(
-        "{path}: not a run folder (it has no run.json), so it is left alone; name another with --out",
+        "{path}: not a run folder (it has no {marker}), so it is left alone; name another with --out",
         path = path.display()
     )]
     NotARunFolder {
         /// The folder.
         path: PathBuf,
+        /// The file that it would have.
+        marker: &'static str,
+    },
+    /// An arm that is neither built in nor defined by the scenario.
+    #[error("--arms: there is no arm `{name}`{right}")]
+    UnknownArm {
+        /// What was asked for.
+        name: String,
+        /// The arms there are.
+        right: Box<Choices>,
     },
     /// The run folder cannot be written to.
     #[error("{path}: cannot write to the output folder: {source}", path = path.display())]

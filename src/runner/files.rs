@@ -4,6 +4,7 @@
 //! system in whole lines, and cut back to its last whole line if that fails.
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,14 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666)); // the umask still applies
     }
-    builder.tempfile_in(folder)
+    // tempfile adds " at path" and a name that says nothing to whoever named another file.
+    builder.tempfile_in(folder).map_err(|error| {
+        let text = error.to_string();
+        let cause = text
+            .rsplit_once(" at path ")
+            .map_or(&*text, |(cause, _)| cause);
+        io::Error::new(error.kind(), cause)
+    })
 }
 
 /// Writes `value` as indented JSON with a final newline.
@@ -46,6 +54,20 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut *file, value)?;
         file.write_all(b"\n")
     })
+}
+
+/// Writes `value` as JSON without white space, with a final newline.
+pub fn write_compact_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
+    write_atomically(path, |file| {
+        serde_json::to_writer(&mut *file, value)?;
+        file.write_all(b"\n")
+    })
+}
+
+/// Reads JSON.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> io::Result<T> {
+    let text = std::fs::read_to_string(path)?;
+    Ok(serde_json::from_str(&text)?)
 }
 
 /// Writes `values`, row by row, as a NumPy array of little-endian `f64` of the given shape.

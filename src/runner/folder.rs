@@ -7,6 +7,7 @@
 //!   resolved.toml   the same with every default and every --set
 //!   summary.json    the results; all clock readings stand in its object `timing`
 //!   seed-0000/      episodes.csv refreshes.csv timings.csv events.jsonl potential.npy eigenvectors.npy
+//!                   states.csv graph.csv policy.csv snapshots.json
 //! ```
 
 use super::error::RunnerError;
@@ -26,6 +27,38 @@ pub enum Existing {
     Replace,
 }
 
+/// What a folder holds, told by the file that is written to it first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FolderKind {
+    /// Seeds of one scenario.
+    #[default]
+    Run,
+    /// Arms × seeds of one scenario, in `runs/NAME/TIME-compare`.
+    Comparison,
+}
+
+impl FolderKind {
+    /// The file that tells.
+    pub fn marker(self) -> &'static str {
+        match self {
+            FolderKind::Run => "run.json",
+            FolderKind::Comparison => "arms.json",
+        }
+    }
+
+    fn suffix(self) -> &'static str {
+        match self {
+            FolderKind::Run => "",
+            FolderKind::Comparison => "-compare",
+        }
+    }
+
+    /// Whether such a thing was written to `path`.
+    fn is_at(self, path: &Path) -> bool {
+        path.join(self.marker()).is_file()
+    }
+}
+
 /// An existing, writable run folder.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
@@ -40,27 +73,43 @@ impl RunFolder {
     /// # Errors
     /// If it exists and may not be used, or cannot be written to.
     pub fn open(out: Option<&Path>, name: &str, existing: Existing) -> Result<Self, RunnerError> {
+        Self::open_kind(FolderKind::Run, out, name, existing)
+    }
+
+    /// The same for a folder of any kind.
+    ///
+    /// # Errors
+    /// As [`RunFolder::open`].
+    pub fn open_kind(
+        kind: FolderKind,
+        out: Option<&Path>,
+        name: &str,
+        existing: Existing,
+    ) -> Result<Self, RunnerError> {
         let all = Path::new("runs").join(name);
         let path = match out {
             Some(path) => path.to_owned(),
             None => match existing {
-                Existing::Resume => newest_run(&all),
+                Existing::Resume => newest(kind, &all),
                 _ => None,
             }
-            .unwrap_or_else(|| unused(&all, &time_stamp())),
+            .unwrap_or_else(|| unused(&all, &(time_stamp() + kind.suffix()))),
         };
         match existing {
             Existing::Refuse if path.symlink_metadata().is_ok() => {
                 return Err(RunnerError::OutputExists { path });
             }
             Existing::Refuse => {}
-            _ if is_run(&path) || is_free(&path) => {}
-            _ => return Err(RunnerError::NotARunFolder { path }),
+            _ if kind.is_at(&path) || is_free(&path) => {}
+            _ => {
+                let marker = kind.marker();
+                return Err(RunnerError::NotARunFolder { path, marker });
+            }
         }
-        if existing == Existing::Replace && is_run(&path) {
+        if existing == Existing::Replace && kind.is_at(&path) {
             remove(&path)?;
         }
-        let resumed = is_run(&path);
+        let resumed = kind.is_at(&path);
         try_out(&path).map_err(|source| RunnerError::OutputNotWritable {
             path: path.clone(),
             source,
@@ -96,7 +145,7 @@ pub fn seed_folder_name(seed: u64) -> String {
 
 /// Whether a run was written to `path`.
 pub fn is_run(path: &Path) -> bool {
-    path.join("run.json").is_file()
+    FolderKind::Run.is_at(path)
 }
 
 /// The present second in UTC, fit for a folder name.
@@ -117,12 +166,12 @@ fn unused(parent: &Path, stamp: &str) -> PathBuf {
     path
 }
 
-/// The run below `all` that began last: names sort by time.
-fn newest_run(all: &Path) -> Option<PathBuf> {
+/// What was begun last below `all`: names sort by time.
+fn newest(kind: FolderKind, all: &Path) -> Option<PathBuf> {
     let entries = fs::read_dir(all).into_iter().flatten().flatten();
     entries
         .map(|entry| entry.path())
-        .filter(|path| is_run(path))
+        .filter(|path| kind.is_at(path))
         .max()
 }
 

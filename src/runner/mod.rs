@@ -2,25 +2,38 @@
 //!
 //! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
 //! - [`run`]: one seed into a run folder, records written as they happen.
-//! - [`track`], [`potential_of_graph`]: spectra and potentials of any graph, without a world.
+//! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
+//! - [`potential_of_graph`]: the potential of any graph, without a world.
 
+mod arms;
 mod build;
+mod compare;
+mod crew;
 mod error;
 mod estimate;
 pub mod files;
 mod folder;
+mod graph_files;
 mod potential;
 mod records;
 mod run;
 mod session;
-mod track;
+mod snapshots;
+pub mod statistics;
+mod summarise;
+mod trial;
+mod tuning;
 
+pub use arms::{Arm, BASELINE, BUILT_IN_ARMS, BuiltInArm, lay_arm};
 pub use build::{build_engine, pipeline_params};
+pub use compare::{CompareReport, CompareRequest, CompareWatch, Trial, compare};
 pub use error::RunnerError;
 pub use estimate::estimated_bytes;
-pub use folder::{Existing, RunFolder, is_run, seed_folder_name};
+pub use folder::{Existing, FolderKind, RunFolder, is_run, seed_folder_name};
+pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
-pub use track::{TrackReport, TrackUpdate, track, track_sizes};
+pub use snapshots::{Snapshot, Snapshots, read_snapshots};
+pub use trial::run_trial;

@@ -7,7 +7,7 @@
 //! | `timings.csv` | the same and each episode, with seconds; the only one of these files that knows a clock |
 //! | `states.csv` | state: its number and its place or name |
 //! | `potential.npy` | state: φ |
-//! | `eigenvectors.npy` | state × eigenvector, orthonormal columns, eigenvalues ascending |
+//! | `eigenvectors.npy` | state of the last refresh × eigenvector: orthonormal columns, eigenvalues ascending |
 
 use super::error::RunnerError;
 use super::files::{Table, read_npy, write_atomically, write_npy};

@@ -2,7 +2,9 @@
 
 use super::build::build_engine;
 use super::error::RunnerError;
+use super::graph_files::write_graph_files;
 use super::records::SeedRecords;
+use super::snapshots::Snapshots;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
 use crate::env::{Model, Optimum};
@@ -10,6 +12,7 @@ use crate::error::Error;
 use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
 use crate::scenario::{Scenario, World};
+use crate::shaping::Potential;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -87,6 +90,7 @@ where
     let events = watch.events.open(&events_path);
     let events = events.map_err(RunnerError::write(&events_path))?;
     let mut engine = build_engine(scenario, world, seed);
+    let mut snapshots = Snapshots::default();
 
     let span = info_span!(
         telemetry::RUN,
@@ -100,6 +104,7 @@ where
             scenario.run.episodes,
             &mut tally,
             &mut records,
+            &mut snapshots,
             watch,
             || events.flush().map_err(RunnerError::write(&events_path)),
         )
@@ -113,16 +118,15 @@ where
     logged?;
 
     let graph = engine.pipeline().graph();
-    let labels =
-        (0..graph.transitions().num_states()).map(|s| label(graph.state(StateId(s as u32))));
+    let states = || (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
+    let table = engine.pipeline().potential();
+    let potential: Vec<f64> = states().map(|state| table.value(state)).collect();
     let pairs = engine.pipeline().spectrum().eigenpairs();
     let vectors = pairs.map(|pairs| pairs.vectors.as_ref());
-    records.finish(
-        engine.pipeline().potential().values(),
-        vectors,
-        columns,
-        labels,
-    )?;
+    let labels = states().map(|state| label(graph.state(state)));
+    records.finish(&potential, vectors, columns, labels)?;
+    snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
+    write_graph_files(folder, graph.transitions(), engine.agent())?;
     Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))
 }
 
@@ -132,6 +136,7 @@ fn play<E: Model>(
     episodes: usize,
     tally: &mut Tally,
     records: &mut SeedRecords,
+    snapshots: &mut Snapshots,
     watch: &mut Watch<'_>,
     flush_events: impl Fn() -> Result<(), RunnerError>,
 ) -> Result<(), Error> {
@@ -141,7 +146,8 @@ fn play<E: Model>(
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
         let _in_episode = span.enter();
-        let record = engine.run_episode(|refresh| {
+        let record = engine.run_episode(|refresh, pipeline| {
+            snapshots.refreshed(refresh.step, pipeline);
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
             tally.gcn_fits += usize::from(fit.is_some());

@@ -5,6 +5,7 @@
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
 use super::error::{Choices, Location, ScenarioError};
+use super::keys::{KeyPlaces, line_and_column};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -206,70 +207,6 @@ fn shifted_value(value: Spanned<DeValue<'_>>, base: usize) -> Spanned<DeValue<'_
     Spanned::new(span.start + base..span.end + base, inner)
 }
 
-/// Every key of a document with the ranges of the key and of its value.
-struct KeyPlaces(Vec<(String, Range<usize>, Range<usize>)>);
-
-impl KeyPlaces {
-    fn of(table: &Table<'_>) -> Self {
-        let mut places = Self(Vec::new());
-        places.add_table("", table);
-        places
-    }
-
-    fn add_table(&mut self, prefix: &str, table: &Table<'_>) {
-        for (key, value) in table {
-            let name = match prefix {
-                "" => key.get_ref().to_string(),
-                _ => format!("{prefix}.{}", key.get_ref()),
-            };
-            self.0.push((name.clone(), key.span(), value.span()));
-            self.add_value(&name, value.get_ref());
-        }
-    }
-
-    fn add_value(&mut self, name: &str, value: &DeValue<'_>) {
-        match value {
-            DeValue::Table(table) => self.add_table(name, table),
-            DeValue::Array(items) => {
-                for (i, item) in items.iter().enumerate() {
-                    let name = format!("{name}[{i}]");
-                    self.0.push((name.clone(), item.span(), item.span()));
-                    self.add_value(&name, item.get_ref());
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// The deepest key whose own range or value's range is `span`.
-    fn key_at(&self, span: &Range<usize>) -> Option<&str> {
-        self.0
-            .iter()
-            .filter(|(_, key, value)| key == span || value == span)
-            .max_by_key(|(name, _, _)| name.len())
-            .map(|(name, _, _)| name.as_str())
-    }
-
-    fn value(&self, key: &str) -> Option<&Range<usize>> {
-        self.0
-            .iter()
-            .find(|(name, _, _)| name == key)
-            .map(|(_, _, value)| value)
-    }
-}
-
-/// Line and column of a byte offset, from 1, columns in characters.
-fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
-    let before = &text.as_bytes()[..offset.min(text.len())];
-    let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
-    let start = before
-        .iter()
-        .rposition(|&b| b == b'\n')
-        .map_or(0, |i| i + 1);
-    let column = String::from_utf8_lossy(&before[start..]).chars().count() + 1;
-    (line, column)
-}
-
 /// The words in backticks of serde's message: the offending one, then the right ones.
 fn quoted(message: &str) -> (String, Vec<String>) {
     let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
@@ -279,18 +216,25 @@ fn quoted(message: &str) -> (String, Vec<String>) {
 /// serde's "expected f64", in the words of someone who writes TOML.
 fn plain_types(message: &str) -> String {
     const WORDS: [(&str, &str); 8] = [
+        (
+            "wanted string or table",
+            "expected one of its words, in quotes",
+        ),
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number from 0"),
         ("expected u64", "expected a whole number from 0"),
         ("expected u32", "expected a whole number from 0"),
         ("expected a sequence", "expected a list"),
-        ("expected struct ", "expected a table with the keys of "),
         ("expected a boolean", "expected true or false"),
         ("floating point `", "number `"),
     ];
-    WORDS.iter().fold(message.to_owned(), |text, (from, to)| {
-        text.replace(from, to)
-    })
+    let message = match message.split_once("expected struct ") {
+        Some((found, _)) => format!("{found}expected a table of keys"), // the type's name is ours, not the user's
+        None => message.to_owned(),
+    };
+    WORDS
+        .iter()
+        .fold(message, |text, (from, to)| text.replace(from, to))
 }
 
 #[cfg(test)]
@@ -340,6 +284,18 @@ mod tests {
         assert_eq!(
             read("[agent]\ngamma = \"high\"\n", &[]).unwrap_err(),
             "x.toml:2:9: `agent.gamma`: invalid type: string \"high\", expected a number"
+        );
+    }
+
+    #[test]
+    fn wrong_types_are_told_without_names_of_our_own() {
+        assert_eq!(
+            read("", &["agent=3"]).unwrap_err(),
+            "--set agent=3: `agent`: invalid type: integer `3`, expected a table of keys"
+        );
+        assert_eq!(
+            read("[agent]\nkind = 3\n", &[]).unwrap_err(),
+            "x.toml:2:8: `agent.kind`: expected one of its words, in quotes"
         );
     }
 

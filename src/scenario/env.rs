@@ -1,11 +1,9 @@
 //! The section `[env]`: which world.
 
-use super::error::{BrokenRule, nearest};
+use super::error::BrokenRule;
 use super::place::{MaxSteps, Place};
-use crate::env::EnvError;
-use crate::env::grid_world::{GridWorldParams, RewardScheme};
-use crate::env::layouts::{Doors, Landmark, Layout, Placement};
-use crate::seeds::{Stream, stream};
+use crate::env::grid_world::RewardScheme;
+use crate::env::layouts::Doors;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -230,122 +228,6 @@ impl EnvParams {
         );
         BrokenRule::new(format!("env.{key}"), message)
     }
-
-    /// The numbers that a map needs to become a world.
-    pub(crate) fn grid_world_params(&self) -> GridWorldParams {
-        GridWorldParams {
-            slip: self.slip,
-            rewards: self.reward,
-            max_steps: self.max_steps.given(),
-            random_start: self.starts_anywhere(),
-        }
-    }
-
-    /// Whether `start = "random"`.
-    pub(crate) fn starts_anywhere(&self) -> bool {
-        self.start == Some(Place::from("random"))
-    }
-
-    /// The map with its start and goals. Call it on parameters with their defaults written out.
-    ///
-    /// # Errors
-    /// What the map's constructors find wrong, with the key to blame.
-    pub(crate) fn layout(&self) -> Result<Layout, BrokenRule> {
-        let mut layout = self.bare_layout().map_err(|e| self.blame(e))?;
-        if let Some(start) = &self.start
-            && !self.starts_anywhere()
-        {
-            let at = placement("env.start", start)?;
-            layout = layout
-                .with_start(at)
-                .map_err(|e| place_rule("env.start", &e))?;
-        }
-        if let Some(goals) = &self.goals {
-            layout.goals.clear();
-            for (i, goal) in goals.iter().enumerate() {
-                let key = format!("env.goals[{i}].at");
-                let at = placement(&key, &goal.at)?;
-                layout = layout
-                    .with_goal(at, goal.reward)
-                    .map_err(|e| place_rule(&key, &e))?;
-            }
-        }
-        Ok(layout)
-    }
-
-    fn bare_layout(&self) -> Result<Layout, EnvError> {
-        let rows = self.rows.unwrap_or_default();
-        let cols = self.cols.unwrap_or_default();
-        let room = self.room.unwrap_or_default();
-        let mut rng = stream(self.seed.unwrap_or_default(), Stream::Layout);
-        match self.kind {
-            EnvKind::Open => Layout::open(rows, cols),
-            EnvKind::Rooms => {
-                Layout::rooms(rows, cols, room, self.doors.unwrap_or_default(), &mut rng)
-            }
-            EnvKind::Linked => Layout::linked(rows, cols, room, self.corridor.unwrap_or_default()),
-            EnvKind::Maze => Layout::maze(rows, cols, self.loops.unwrap_or_default(), &mut rng),
-            EnvKind::Caves => {
-                let fill = self.fill.unwrap_or_default();
-                Layout::caves(rows, cols, fill, self.rounds.unwrap_or_default(), &mut rng)
-            }
-            EnvKind::Ascii | EnvKind::EdgeList => Layout::from_ascii(
-                self.map.as_deref().unwrap_or_default(),
-                &self.digit_rewards()?,
-            ),
-        }
-    }
-
-    /// The table of rewards by digit.
-    fn digit_rewards(&self) -> Result<BTreeMap<char, f64>, EnvError> {
-        let table = self.rewards.iter().flatten();
-        table
-            .map(|(key, &reward)| {
-                let mut characters = key.chars();
-                match (characters.next(), characters.next()) {
-                    (Some(digit), None) => Ok((digit, reward)),
-                    (first, _) => Err(EnvError::RewardKey {
-                        key: first.unwrap_or(' '),
-                    }),
-                }
-            })
-            .collect()
-    }
-
-    /// The key to blame for what is wrong with a world.
-    pub(crate) fn blame(&self, error: EnvError) -> BrokenRule {
-        let key = match &error {
-            EnvError::RewardKey { .. } => "env.rewards".to_owned(),
-            EnvError::GoalWithoutReward { .. } => "env.rewards".to_owned(),
-            EnvError::LayoutParameter { parameter, .. } => format!("env.{parameter}"),
-            EnvError::Slip { .. } => "env.slip".to_owned(),
-            EnvError::NoSteps => "env.max_steps".to_owned(),
-            EnvError::RewardNotFinite { .. } | EnvError::StepRewardPositive { .. } => {
-                "env.reward".to_owned()
-            }
-            EnvError::NoGoal
-            | EnvError::GoalInWall { .. }
-            | EnvError::DuplicateGoal { .. }
-            | EnvError::GoalUnreachable { .. } => self.or_map("env.goals", self.goals.is_some()),
-            EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {
-                self.or_map("env.start", self.start.is_some())
-            }
-            EnvError::EmptyMap | EnvError::MapTooLarge { .. } if self.kind != EnvKind::Ascii => {
-                "env.rows".to_owned()
-            }
-            _ if self.kind == EnvKind::EdgeList => "env.file".to_owned(),
-            _ => "env.map".to_owned(),
-        };
-        BrokenRule::new(key, error.to_string())
-    }
-
-    /// `key` if it is given, else the map that says the same by its characters.
-    fn or_map(&self, key: &str, given: bool) -> String {
-        match self.kind {
-            EnvKind::Ascii if !given => "env.map".to_owned(),
-            _ => key.to_owned(),
-        }
-    }
 }
 
 fn fill<T>(slot: &mut Option<T>, default: T) {
@@ -357,36 +239,4 @@ fn missing(key: &str, kind: EnvKind) -> BrokenRule {
         key,
         format!("{key} is missing: kind = \"{}\" needs it", kind.name()),
     )
-}
-
-fn place_rule(key: &str, error: &EnvError) -> BrokenRule {
-    BrokenRule::new(key, error.to_string())
-}
-
-/// A place on a map.
-fn placement(key: &str, place: &Place) -> Result<Placement, BrokenRule> {
-    const LANDMARKS: [(&str, Landmark); 6] = [
-        ("top-left", Landmark::TopLeft),
-        ("top-right", Landmark::TopRight),
-        ("bottom-left", Landmark::BottomLeft),
-        ("bottom-right", Landmark::BottomRight),
-        ("center", Landmark::Center),
-        ("farthest", Landmark::Farthest),
-    ];
-    let name = match place {
-        Place::Cell(at) => return Ok(Placement::At(*at)),
-        Place::Named(name) => name,
-    };
-    if let Some((_, landmark)) = LANDMARKS.iter().find(|(n, _)| n == name) {
-        return Ok(Placement::Named(*landmark));
-    }
-    let names = LANDMARKS.map(|(n, _)| n);
-    let hint = match nearest(name, names) {
-        Some(near) => format!("did you mean \"{near}\"?"),
-        None => format!("it is one of {}, or [row, column]", names.join(", ")),
-    };
-    Err(BrokenRule::new(
-        key,
-        format!("\"{name}\" is no place on a map; {hint}"),
-    ))
 }

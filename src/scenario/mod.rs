@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | `[env]` | the world | [`EnvParams`] |
 //! | `[spectral]` | the eigenvectors | [`SpectralParams`] |
+//! | `[deepwalk]` | random walks, an alternative to the eigenvectors | [`DeepWalkParams`] |
 //! | `[gcn]` | the graph network | [`GcnParams`] |
 //! | `[shaping]` | the potential | [`ShapingParams`] |
 //! | `[exploration]` | before the first goal | [`ExplorationParams`] |
@@ -18,6 +19,8 @@
 mod document;
 mod env;
 mod error;
+mod keys;
+mod layout;
 mod place;
 mod shipped;
 mod template;
@@ -34,6 +37,7 @@ pub use world::World;
 use crate::agent::AgentParams;
 use crate::engine::ScheduleParams;
 use crate::exploration::ExplorationParams;
+use crate::features::DeepWalkParams;
 use crate::gcn::GcnParams;
 use crate::shaping::ShapingParams;
 use crate::spectral::SpectralParams;
@@ -71,6 +75,8 @@ pub struct Scenario {
     pub env: EnvParams,
     /// The eigenvectors of the graph of visited states.
     pub spectral: SpectralParams,
+    /// Random walks on the graph of visited states, where `deepwalk` features are asked for.
+    pub deepwalk: DeepWalkParams,
     /// The graph network.
     pub gcn: GcnParams,
     /// The potential and the shaped reward.
@@ -156,20 +162,10 @@ impl Scenario {
     /// # Errors
     /// The first broken rule, with the key to blame.
     pub fn validate(&self) -> Result<(), BrokenRule> {
-        let is_name = !self.name.is_empty()
-            && !self.name.starts_with('.')
-            && self.name.chars().all(is_name_character);
-        if !is_name {
-            return Err(BrokenRule::new(
-                "name",
-                format!(
-                    "name = {:?} names a folder: use letters, digits, -, _ and .",
-                    self.name
-                ),
-            ));
-        }
+        check_name(&self.name)?;
         self.env.validate()?;
         in_section("spectral", self.spectral.validate())?;
+        in_section("deepwalk", self.deepwalk.validate())?;
         in_section("gcn", self.gcn.validate())?;
         in_section("shaping", self.shaping.validate())?;
         in_section("exploration", self.exploration.validate())?;
@@ -183,6 +179,18 @@ impl Scenario {
         }
         self.world(0).map(drop)
     }
+}
+
+/// Checks that `name` can name a scenario, and so a folder.
+///
+/// # Errors
+/// If it is empty, begins with a dot, or has characters other than letters, digits, `-`, `_` and `.`.
+pub fn check_name(name: &str) -> Result<(), BrokenRule> {
+    if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character) {
+        return Ok(());
+    }
+    let rule = "names a folder: use letters, digits, -, _ and ., and no . at the beginning";
+    Err(BrokenRule::new("name", format!("name = {name:?} {rule}")))
 }
 
 fn is_name_character(c: char) -> bool {

@@ -11,6 +11,7 @@
 
 use super::successors::Successors;
 use crate::graph::StateId;
+use std::ops::Range;
 
 /// P restricted to the states that can reach a goal, rows and columns by position.
 #[derive(Clone, Debug)]
@@ -25,14 +26,6 @@ pub struct Chain {
     first_far: Vec<usize>,
     columns: Vec<u32>,
     probabilities: Vec<f64>,
-}
-
-/// One row: the columns before its position, and those after it.
-pub(crate) struct Row<'a> {
-    pub near: &'a [u32],
-    pub near_probabilities: &'a [f64],
-    pub far: &'a [u32],
-    pub far_probabilities: &'a [f64],
 }
 
 impl Chain {
@@ -125,11 +118,15 @@ impl Chain {
         by_state
     }
 
-    pub(crate) fn near_range(&self, p: usize) -> std::ops::Range<usize> {
+    pub(crate) fn range(&self, p: usize) -> Range<usize> {
+        self.offsets[p]..self.offsets[p + 1]
+    }
+
+    pub(crate) fn near_range(&self, p: usize) -> Range<usize> {
         self.offsets[p]..self.first_far[p]
     }
 
-    pub(crate) fn far_range(&self, p: usize) -> std::ops::Range<usize> {
+    pub(crate) fn far_range(&self, p: usize) -> Range<usize> {
         self.first_far[p]..self.offsets[p + 1]
     }
 
@@ -137,14 +134,22 @@ impl Chain {
         &self.columns
     }
 
-    pub(crate) fn row(&self, p: usize) -> Row<'_> {
-        let (near, far) = (self.near_range(p), self.far_range(p));
-        Row {
-            near: &self.columns[near.clone()],
-            near_probabilities: &self.probabilities[near],
-            far: &self.columns[far.clone()],
-            far_probabilities: &self.probabilities[far],
-        }
+    /// The positions that a move from `p` may lead to, ascending; none for goals.
+    pub fn columns_of(&self, p: usize) -> &[u32] {
+        &self.columns[self.range(p)]
+    }
+
+    /// How likely each of them is. The sum is below 1 where a move leads out of reach of the goals.
+    pub fn probabilities_of(&self, p: usize) -> &[f64] {
+        &self.probabilities[self.range(p)]
+    }
+
+    /// The lowest v of the positions before `p` that it leads to.
+    pub(crate) fn lowest_near(&self, p: usize, v: &[f64]) -> f64 {
+        let near = &self.columns[self.near_range(p)];
+        near.iter()
+            .map(|&j| v[j as usize])
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves
@@ -158,9 +163,8 @@ impl Chain {
         let at = |position: &u32| values[self.order[*position as usize] as usize];
         let mut found: Vec<StateId> = (self.num_goals..self.len())
             .filter(|&p| {
-                let row = self.row(p);
                 let here = at(&(p as u32));
-                !row.near.iter().chain(row.far).any(|j| at(j) > here)
+                !self.columns_of(p).iter().any(|j| at(j) > here)
             })
             .map(|p| StateId(self.order[p]))
             .collect();

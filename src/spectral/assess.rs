@@ -101,7 +101,8 @@ fn horizon(values: &[f64], residuals: &[f64], wanted: usize) -> (f64, f64) {
         if 2 * g <= guards {
             eta = eta.max(theta - r);
         }
-        if !(r <= SETTLED * theta) || 4 * g > 3 * guards {
+        let settled = r <= SETTLED * theta;
+        if !settled || 4 * g > 3 * guards {
             break;
         }
         cut = cut.max(theta);

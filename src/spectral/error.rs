@@ -24,6 +24,14 @@ pub enum SpectralError {
         /// Its sum.
         value: f64,
     },
+    /// An adjacency must have one row and one column per node.
+    #[error("matrix is {rows} × {columns}: an adjacency matrix must be square")]
+    NotSquare {
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
     /// The matrix differs from its transpose.
     #[error(
         "matrix is not symmetric: entry at row {row}, column {column} has no equal at row {column}, column {row}"

@@ -65,7 +65,7 @@ pub struct SpectrumRefresh {
 /// }
 /// # Ok::<(), eigentrail::spectral::SpectralError>(())
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct LowSpectrum {
     params: SpectralParams,
     seed: u64,
@@ -73,6 +73,8 @@ pub struct LowSpectrum {
     pairs: Option<Eigenpairs>,
     remembered: Option<Remembered>,
     order: Option<EliminationOrder>,
+    /// As [`MOST_FILL`]; tests set it lower.
+    most_fill: f64,
     workspace: Workspace,
 }
 
@@ -86,6 +88,13 @@ struct Workspace {
     z: RowBlock,
 }
 
+impl Clone for Workspace {
+    /// An empty one: nothing in it is needed again.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 impl LowSpectrum {
     /// Nothing yet. `params` are checked by the first [`refresh`](Self::refresh).
     pub fn new(params: SpectralParams, seed: u64) -> Self {
@@ -96,6 +105,7 @@ impl LowSpectrum {
             pairs: None,
             remembered: None,
             order: None,
+            most_fill: MOST_FILL,
             workspace: Workspace::default(),
         }
     }
@@ -142,8 +152,9 @@ impl LowSpectrum {
         let k = self.params.num_eigenpairs.min(n);
         let dense =
             self.params.method == Method::Full || n <= DENSE_LIMIT || n < 4 * block_width(k);
+        let nothing_known = self.remembered.is_none();
         let (pairs, cold_start) = if dense {
-            (self.solve_dense(&laplacian, k)?, self.pairs.is_none())
+            (self.solve_dense(&laplacian, k)?, nothing_known)
         } else {
             self.solve_sparse(&laplacian, k, &mut rng)?
         };
@@ -199,16 +210,17 @@ impl LowSpectrum {
         let null_space = NullSpace::new(laplacian, &order);
         let nulls = null_space.dim();
         if nulls >= k {
-            let pairs = null_pairs(&order, &null_space, k);
-            self.remember(laplacian, &pairs.values, k, None, |i, j| {
-                pairs.vectors[(i, j)]
-            });
+            let cold = self.remembered.is_none();
+            let mut pairs = null_pairs(&order, &null_space, k);
+            pairs.convergence.certified = self.params.certify.then_some(true);
+            let entry = |i, j| pairs.vectors[(i, j)];
+            self.remember(laplacian, &pairs.values, k, None, entry);
             self.order = Some(order);
-            return Ok((pairs, false));
+            return Ok((pairs, cold));
         }
         self.workspace.permuted.assign(laplacian, &order);
         let buffers = std::mem::take(&mut self.workspace.factor);
-        let factor = (order.fill <= MOST_FILL)
+        let factor = (order.fill <= self.most_fill)
             .then(|| CholeskyFactor::analyze(&self.workspace.permuted, buffers))
             .flatten();
         let solved = match factor {
@@ -378,8 +390,74 @@ fn null_pairs(order: &EliminationOrder, null_space: &NullSpace, k: usize) -> Eig
         convergence: Convergence {
             converged: k,
             cluster_cut: null_space.dim() > k,
-            certified: Some(true),
             ..Convergence::from_residuals(vec![0.0; k], relative_unit(0.0))
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectral::{LaplacianKind, testing};
+
+    fn spectrum(k: usize) -> LowSpectrum {
+        let params = SpectralParams {
+            num_eigenpairs: k,
+            tol: 1e-3,
+            ..Default::default()
+        };
+        LowSpectrum::new(params, 0)
+    }
+
+    fn exact(graph: &Csr) -> Vec<f64> {
+        let laplacian = Laplacian::new(graph, LaplacianKind::Normalized).unwrap();
+        laplacian_eigen(&laplacian).unwrap().0
+    }
+
+    #[test]
+    fn a_factor_that_would_not_fit_is_done_without() {
+        let parts = [testing::random(500, 6.0, 1), testing::cycle(100)];
+        let whole = testing::discovered(&testing::disjoint(&parts), 2);
+        let mut spectrum = spectrum(8);
+        spectrum.most_fill = 0.0;
+        for (n, cold) in [(560, true), (600, false)] {
+            let graph = testing::prefix(&whole, n);
+            let refresh = spectrum.refresh(&graph).unwrap();
+            assert_eq!(refresh.cold_start, cold);
+            assert_eq!(refresh.convergence.solves, 0);
+            assert_eq!(refresh.convergence.converged, 8);
+            for (found, expected) in refresh.eigenvalues.iter().zip(exact(&graph)) {
+                assert!((found - expected).abs() < 1e-7, "{found} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_copy_goes_on_exactly_as_the_original() {
+        let whole = testing::discovered(&testing::grid(25, 25), 1);
+        let mut original = spectrum(8);
+        original.refresh(&testing::prefix(&whole, 500)).unwrap();
+        let mut copy = original.clone();
+        let a = original.refresh(&whole).unwrap();
+        let b = copy.refresh(&whole).unwrap();
+        assert_eq!(a.eigenvalues, b.eigenvalues);
+        let vectors = |s: &LowSpectrum| s.eigenpairs().unwrap().vectors.clone();
+        assert_eq!(vectors(&original), vectors(&copy));
+    }
+
+    #[test]
+    fn starts_are_called_cold_when_they_are() {
+        let whole = testing::discovered(&testing::grid(25, 25), 1);
+        let colds = |method| {
+            let mut spectrum = spectrum(8);
+            spectrum.params.method = method;
+            [64, 200, 500, 625].map(|n| {
+                let graph = testing::prefix(&whole, n);
+                spectrum.refresh(&graph).unwrap().cold_start
+            })
+        };
+        assert_eq!(colds(Method::Warm), [true, false, false, false]);
+        assert_eq!(colds(Method::Cold), [true; 4]);
+        assert_eq!(colds(Method::Full), [true; 4]);
     }
 }

@@ -106,7 +106,8 @@ mod tests {
     #[test]
     fn defaults_are_valid_and_each_range_is_checked() {
         assert_eq!(SpectralParams::default().validate(), Ok(()));
-        let broken: [(&str, fn(&mut SpectralParams)); 6] = [
+        type Change = fn(&mut SpectralParams);
+        let broken: [(&str, Change); 6] = [
             ("num_eigenpairs", |p| p.num_eigenpairs = 0),
             ("threads", |p| p.threads = 0),
             ("max_restarts", |p| p.max_restarts = 0),

@@ -31,6 +31,9 @@ pub fn procrustes(
         reference.nrows() <= vectors.nrows() && b <= k,
         "reference must not be larger than the basis"
     );
+    if b == 0 {
+        return Ok(Mat::identity(k, k));
+    }
     let common = vectors.subrows(0, reference.nrows());
     let cross = common.transpose() * reference;
     if !cross.is_all_finite() {

@@ -10,10 +10,11 @@ use super::{
     procrustes::sign_of_largest,
 };
 use crate::graph::Csr;
+use crate::vector_state::clear_upper_halves;
 use faer::{Mat, MatRef, Scale};
 
 /// The features of a growing graph: lowest eigenvectors, aligned from one refresh to the next.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ProtoValueFunctions {
     spectrum: LowSpectrum,
     /// √n V Q.
@@ -50,6 +51,7 @@ impl ProtoValueFunctions {
             _ => with_fixed_signs(vectors),
         };
         self.features = Some(Scale((refresh.nodes as f64).sqrt()) * turned);
+        clear_upper_halves();
         Ok(refresh)
     }
 
@@ -99,14 +101,14 @@ mod tests {
         let whole = testing::discovered(&testing::grid(21, 20), 1);
         let mut pvf = ProtoValueFunctions::new(params(6), 0);
         assert!(pvf.features().is_none() && pvf.eigenpairs().is_none());
-        for n in [3, 10, 200, 380, 420] {
+        for n in [0, 1, 3, 10, 200, 380, 420] {
             pvf.refresh(&testing::prefix(&whole, n)).unwrap();
             let k = 6.min(n);
             let features = pvf.features().unwrap();
             assert_eq!((features.nrows(), features.ncols()), (n, k));
             let gram =
                 features.transpose() * features - Scale(n as f64) * Mat::<f64>::identity(k, k);
-            assert!(gram.norm_max() < 1e-9 * n as f64);
+            assert!(gram.norm_max() <= 1e-9 * n as f64);
             let vectors = &pvf.eigenpairs().unwrap().vectors;
             let outside = features - vectors * (vectors.transpose() * features);
             assert!(outside.norm_max() < 1e-9);

@@ -114,7 +114,7 @@ impl Search<'_> {
         let mut sigma = wish.max(LEAST_SHIFT * norm);
         while factor.factorize(self.permuted, sigma).is_err() {
             sigma *= 10.0;
-            if !(sigma < norm) {
+            if sigma.is_nan() || sigma >= norm {
                 return Err(SpectralError::NotFinite);
             }
         }

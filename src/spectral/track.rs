@@ -119,17 +119,21 @@ fn is_zero(count: &usize) -> bool {
 ///
 /// # Errors
 /// [`SpectralError::Parameter`] and [`SpectralError::TooManyPairs`] for parameters out of range,
-/// [`SpectralError::Asymmetric`], [`SpectralError::Weight`] and [`SpectralError::Degree`] for a
-/// matrix that is not an undirected graph with positive weights.
+/// [`SpectralError::NotSquare`], [`SpectralError::Asymmetric`], [`SpectralError::Weight`] and
+/// [`SpectralError::Degree`] for a matrix that is not an undirected graph with positive weights.
 ///
 /// # Panics
-/// If `graph` is not square or not stored by rows, or if the operating system refuses threads.
+/// If `graph` is not stored by rows, or if the operating system refuses threads.
 pub fn track(
     graph: &Csr,
     params: &TrackParams,
     mut on_update: impl FnMut(&TrackUpdate) + Send,
 ) -> Result<TrackedSpectrum, SpectralError> {
     params.validate(graph.rows())?;
+    let (rows, columns) = graph.shape();
+    if rows != columns {
+        return Err(SpectralError::NotSquare { rows, columns });
+    }
     check_symmetric(graph)?;
     if params.threads == 1 {
         return follow(graph, params, &mut on_update);
@@ -332,6 +336,18 @@ mod tests {
             change(&mut params);
             track(&graph, &params, |_| ()).unwrap_err().to_string()
         };
+        let wide = Csr::new((2, 3), vec![0, 1, 2], vec![1, 0], vec![1.0, 1.0]);
+        let one = TrackParams {
+            k: 1,
+            ..Default::default()
+        };
+        assert_eq!(
+            track(&wide, &one, |_| ()).unwrap_err(),
+            SpectralError::NotSquare {
+                rows: 2,
+                columns: 3
+            }
+        );
         assert!(with(|p| p.k = 21).contains("k = 21"));
         assert!(with(|p| p.k = 0).contains("num_eigenpairs"));
         assert!(with(|p| p.growth = 0.0).contains("growth"));

@@ -197,8 +197,8 @@ impl<'a> Supernode<'a> {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(columns[t][r]), xi);
             }
         }
-        for t in 0..C {
-            panel.store(x, self.first + c + t, sums[t]);
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(x, self.first + c + t, sum);
         }
     }
 

@@ -186,20 +186,24 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for EventLogLayer {
 struct Line {
     time: String,
     level: &'static str,
-    name: Value,
+    name: String,
     #[serde(flatten)]
     fields: Map<String, Value>,
 }
 
-/// An event without a name of its own is named by its message; a message that repeats the name is left out.
+/// An event without a name of its own is named by its message if that is one word, else `message`. A message that
+/// repeats the name is left out.
 fn line(metadata: &Metadata<'_>, mut fields: Map<String, Value>) -> Line {
-    let mut name = Value::from(metadata.name());
     let unnamed = metadata.is_event() && metadata.name().starts_with("event ");
-    if let Some(message) = fields.get("message").cloned()
-        && (unnamed || message == name)
-    {
+    let message = fields.get("message").and_then(Value::as_str);
+    let word = message.filter(|text| !text.contains(char::is_whitespace));
+    let name = match (unnamed, word) {
+        (true, Some(word)) => word.to_owned(),
+        (true, None) => "message".to_owned(),
+        (false, _) => metadata.name().to_owned(),
+    };
+    if message == Some(&name) {
         fields.shift_remove("message");
-        name = message;
     }
     Line {
         time: jiff::Timestamp::now().to_string(),
@@ -266,21 +270,25 @@ mod tests {
                 let _in_run = run.enter();
                 let refresh = debug_span!("spectrum_refresh", nodes = tracing::field::Empty);
                 refresh.in_scope(|| info!(step = 7 + seed, "first_goal"));
+                info!("two words");
                 refresh.record("nodes", 12_u64);
             }
             info!("nobody's");
             for (seed, (path, seed_log)) in paths.iter().zip(&logs).enumerate() {
                 seed_log.flush().unwrap();
                 let lines = lines(path);
-                assert_eq!(lines.len(), 3, "event, refresh, run: {lines:?}");
+                assert_eq!(lines.len(), 4, "two events, refresh, run: {lines:?}");
                 assert_eq!(lines[0]["name"], "first_goal");
                 assert_eq!(lines[0]["step"], 7 + seed);
                 assert_eq!(lines[0]["level"], Level::INFO.as_str());
-                assert_eq!(lines[1]["name"], "spectrum_refresh");
-                assert_eq!(lines[1]["nodes"], 12);
-                assert!(lines[1]["elapsed_ms"].as_f64().unwrap() >= 0.0);
-                assert_eq!(lines[2]["name"], "run");
-                assert_eq!(lines[2]["seed"], seed);
+                assert!(lines[0]["message"].is_null());
+                assert_eq!(lines[1]["name"], "message");
+                assert_eq!(lines[1]["message"], "two words");
+                assert_eq!(lines[2]["name"], "spectrum_refresh");
+                assert_eq!(lines[2]["nodes"], 12);
+                assert!(lines[2]["elapsed_ms"].as_f64().unwrap() >= 0.0);
+                assert_eq!(lines[3]["name"], "run");
+                assert_eq!(lines[3]["seed"], seed);
             }
         });
     }

@@ -1,0 +1,131 @@
+//! `eigentrail compare`
+
+use super::progress::Progress;
+use super::{Ending, print, print_json, stop_on_interrupt};
+use crate::cli;
+use anyhow::Result;
+use eigentrail::error::Error;
+use eigentrail::report::{Comparison, TableStyle, render_comparison, render_overview};
+use eigentrail::runner::{self, CompareRequest, CompareWatch, Existing};
+use eigentrail::scenario::{Loaded, Scenario};
+use eigentrail::telemetry::Telemetry;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+/// `compare --json` over several scenarios.
+#[derive(Serialize)]
+struct Comparisons<'a> {
+    scenarios: &'a [Comparison],
+}
+
+pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
+    // Every file is judged before the first one runs.
+    let all = args.scenarios.iter().map(|path| {
+        let loaded = Scenario::load(path, &args.sets).map_err(Error::from)?;
+        Ok((loaded, request(args, path)))
+    });
+    let mut all: Vec<(Loaded, CompareRequest)> = all.collect::<Result<_>>()?;
+    if all.len() > 1 {
+        for (loaded, request) in &mut all {
+            request.out = request
+                .out
+                .take()
+                .map(|out| out.join(&loaded.scenario.name));
+        }
+    }
+    let stop = stop_on_interrupt()?;
+    let mut comparisons = Vec::new();
+    for (loaded, request) in &all {
+        let report = compare_one(loaded, request, telemetry, bars, &stop)?;
+        let Some(comparison) = report.comparison else {
+            eprintln!(
+                "{}: interrupted; --resume --out {} goes on",
+                loaded.scenario.name,
+                report.folder.display()
+            );
+            return Ok(Ending::Interrupted);
+        };
+        if !args.json {
+            print(&render_comparison(&comparison, style(args)))?;
+            print(&format!("written to {}\n\n", report.folder.display()))?;
+        }
+        comparisons.push(comparison);
+    }
+    show_all(args, &comparisons)?;
+    Ok(Ending::Done)
+}
+
+fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
+    CompareRequest {
+        path: PathBuf::from(path),
+        sets: args.sets.clone(),
+        seeds: args.seeds.0.clone(),
+        arms: without_duplicates(&args.arms),
+        tuned: args.tuned,
+        out: args.out.clone(),
+        existing: existing(args),
+        arguments: std::env::args().collect(),
+    }
+}
+
+fn compare_one(
+    loaded: &Loaded,
+    request: &CompareRequest,
+    telemetry: &Telemetry,
+    bars: bool,
+    stop: &AtomicBool,
+) -> Result<runner::CompareReport> {
+    let trials = request.num_trials() as u64;
+    let progress = Progress::new(telemetry, bars, "trials", trials);
+    let progress = Mutex::new((0, progress));
+    let watch = CompareWatch {
+        stop,
+        on_trial: &|arm, trial| {
+            let mut progress = progress.lock().expect("no thread panics with the bar");
+            let (done, bar) = &mut *progress;
+            *done += 1;
+            bar.reach(*done, || format!("{arm}, seed {}", trial.result.seed));
+        },
+    };
+    Ok(runner::compare(loaded, request, watch)?)
+}
+
+/// What is said at the end: the numbers as JSON, or the table over all scenarios.
+fn show_all(args: &cli::Compare, comparisons: &[Comparison]) -> Result<()> {
+    match comparisons {
+        [one] if args.json => print_json(one),
+        several if args.json => print_json(&Comparisons { scenarios: several }),
+        [_] => Ok(()),
+        several => print(&render_overview(several, style(args))),
+    }
+}
+
+fn style(args: &cli::Compare) -> TableStyle {
+    if args.markdown {
+        TableStyle::Markdown
+    } else {
+        TableStyle::Terminal
+    }
+}
+
+fn existing(args: &cli::Compare) -> Existing {
+    if args.resume {
+        Existing::Resume
+    } else if args.force {
+        Existing::Replace
+    } else {
+        Existing::Refuse
+    }
+}
+
+fn without_duplicates(names: &[String]) -> Vec<String> {
+    let mut unique: Vec<String> = Vec::new();
+    for name in names.iter().map(|name| name.trim()) {
+        if !unique.iter().any(|known| known == name) {
+            unique.push(name.to_owned());
+        }
+    }
+    unique
+}

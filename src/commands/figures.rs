@@ -1,0 +1,60 @@
+//! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
+
+use super::{BadInput, Ending, print, stop_on_interrupt};
+use crate::cli;
+use anyhow::{Context, Result, bail};
+use eigentrail::error::Error;
+use eigentrail::report::{RecordedRun, overview};
+use eigentrail::runner::{self, Existing, RunRequest, Watch};
+use eigentrail::scenario::{Loaded, Scenario, World};
+use eigentrail::telemetry::Telemetry;
+use std::path::Path;
+
+/// The arm to compare with: nothing but the environment's own reward.
+const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kind=none"];
+
+pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
+    let stop = stop_on_interrupt()?;
+    let mut watch = Watch {
+        events: &telemetry.events,
+        stop: &stop,
+        on_episode: &mut |_| (),
+    };
+    let runs = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    let load = |sets: &[String]| Scenario::load(&args.scenario.scenario, sets).map_err(Error::from);
+    let sets = &args.scenario.sets;
+    let plain: Vec<String> = sets
+        .iter()
+        .cloned()
+        .chain(SPARSE.map(str::to_owned))
+        .collect();
+    let (shaped, sparse) = (load(sets)?, load(&plain)?);
+    let World::Grid(map) = shaped
+        .scenario
+        .world(0)
+        .expect("the scenario was checked when it was loaded")
+    else {
+        bail!(BadInput("this figure needs a world with a map".to_owned()));
+    };
+    let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;
+    let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), &mut watch)?;
+    let svg = overview(map.layout(), &shaped, &sparse);
+    std::fs::write(&args.out, svg)
+        .with_context(|| format!("{}: cannot write", args.out.display()))?;
+    print(&format!("written to {}", args.out.display()))?;
+    Ok(Ending::Done)
+}
+
+/// Runs seeds 0, 1, 2 … of a scenario and reads them back.
+fn run(loaded: &Loaded, seeds: u64, folder: &Path, watch: &mut Watch<'_>) -> Result<RecordedRun> {
+    for seed in 0..seeds {
+        let request = RunRequest {
+            seed,
+            out: Some(folder.to_owned()),
+            existing: Existing::Resume,
+            arguments: std::env::args().collect(),
+        };
+        runner::run(loaded, &request, watch)?;
+    }
+    Ok(RecordedRun::read(folder).map_err(Error::from)?)
+}

@@ -1,0 +1,99 @@
+//! The `[deepwalk]` section of a scenario.
+
+use crate::features::FeatureError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How walks are drawn and vectors fitted to them. Perozzi et al. use 80 walks of 40 nodes, a window of 10 and 64
+/// dimensions on social networks; the defaults here are for graphs that are refreshed while they grow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DeepWalkParams {
+    /// Length of a vector, at least 1.
+    pub dimensions: usize,
+    /// Walks that begin in each node that is new or has a new edge, at least 1.
+    pub walks_per_node: usize,
+    /// Nodes of a walk, at least 2.
+    pub walk_length: usize,
+    /// How far apart on a walk two nodes may be to count as neighbours, at least 1.
+    pub window: usize,
+    /// Random nodes that each pair is told apart from, at least 1.
+    pub negatives: usize,
+    /// Step size at the beginning of a refresh, above 0; falls to a hundredth of it.
+    pub learning_rate: f64,
+}
+
+impl Default for DeepWalkParams {
+    fn default() -> Self {
+        Self {
+            dimensions: 16,
+            walks_per_node: 10,
+            walk_length: 20,
+            window: 5,
+            negatives: 5,
+            learning_rate: 0.05,
+        }
+    }
+}
+
+impl DeepWalkParams {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`FeatureError::Parameter`] with the key, its value and the rule it breaks.
+    pub fn validate(&self) -> Result<(), FeatureError> {
+        let whole = [
+            ("dimensions", self.dimensions, 1, "at least 1"),
+            ("walks_per_node", self.walks_per_node, 1, "at least 1"),
+            ("walk_length", self.walk_length, 2, "at least 2"),
+            ("window", self.window, 1, "at least 1"),
+            ("negatives", self.negatives, 1, "at least 1"),
+        ];
+        let broken = whole.into_iter().find(|(_, value, least, _)| value < least);
+        if let Some((key, value, _, rule)) = broken {
+            let value = value as f64;
+            return Err(FeatureError::Parameter { key, value, rule });
+        }
+        if self.learning_rate > 0.0 && self.learning_rate.is_finite() {
+            return Ok(());
+        }
+        Err(FeatureError::Parameter {
+            key: "learning_rate",
+            value: self.learning_rate,
+            rule: "positive and finite",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_range_is_checked() {
+        assert_eq!(DeepWalkParams::default().validate(), Ok(()));
+        let broken: [(&str, fn(&mut DeepWalkParams)); 7] = [
+            ("dimensions", |p| p.dimensions = 0),
+            ("walks_per_node", |p| p.walks_per_node = 0),
+            ("walk_length", |p| p.walk_length = 1),
+            ("window", |p| p.window = 0),
+            ("negatives", |p| p.negatives = 0),
+            ("learning_rate", |p| p.learning_rate = 0.0),
+            ("learning_rate", |p| p.learning_rate = f64::NAN),
+        ];
+        for (expected, break_it) in broken {
+            let mut params = DeepWalkParams::default();
+            break_it(&mut params);
+            let message = params.validate().unwrap_err().to_string();
+            assert!(
+                message.starts_with(&format!("deepwalk.{expected} is ")),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        assert!(toml::from_str::<DeepWalkParams>("windows = 3").is_err());
+    }
+}

@@ -1,0 +1,198 @@
+//! What a comparison amounts to: arms side by side over the same seeds.
+
+use serde::{Deserialize, Serialize};
+
+/// The moment when episodes had come near the optimum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Arrival {
+    /// Episodes run until then.
+    pub episodes: u64,
+    /// Environment steps taken until then.
+    pub steps: u64,
+}
+
+/// What one seed of one arm came to. Equal runs have equal results, bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialResult {
+    /// Master seed.
+    pub seed: u64,
+    /// Episodes run.
+    pub episodes: usize,
+    /// Environment steps taken.
+    pub steps: u64,
+    /// ρ(T) = T R* − Σ R_t in units of reward (eq. 15 of the source report).
+    pub regret: f64,
+    /// Mean length of an episode under the best policy.
+    pub optimal_steps: f64,
+    /// Mean length of the last tenth of the episodes, at least 20 of them.
+    pub final_mean_steps: f64,
+    /// The environment step, from 1, that first reached a goal; none if none did.
+    pub first_goal_step: Option<u64>,
+    /// When the mean length of the last 20 episodes first was at most 1.5 times the optimum; none if never.
+    pub within_1_5x: Option<Arrival>,
+    /// The same for 1.1 times.
+    pub within_1_1x: Option<Arrival>,
+    /// States discovered.
+    pub nodes: usize,
+    /// Undirected edges discovered.
+    pub edges: usize,
+    /// How often the eigenvectors were brought up to date.
+    pub spectrum_refreshes: usize,
+    /// How often the potential's network was fitted.
+    pub gcn_fits: usize,
+    /// States where φ at the end of the run would hold up an agent that climbs it; none without a potential.
+    pub spurious_maxima: Option<usize>,
+}
+
+/// Where the time of one seed of one arm went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrialTiming {
+    /// Seconds of all episodes.
+    pub wall_seconds: f64,
+    /// Seconds in the eigensolver.
+    pub spectrum_seconds: f64,
+    /// Seconds in fits of the potential.
+    pub fit_seconds: f64,
+    /// Seconds in everything else: environment, graph, exploration, learner.
+    pub rest_seconds: f64,
+    /// Environment steps ÷ `wall_seconds`.
+    pub steps_per_second: f64,
+}
+
+impl TrialTiming {
+    /// Fills in what follows from the whole: `steps` took `wall_seconds`.
+    pub fn finish(&mut self, wall_seconds: f64, steps: u64) {
+        self.wall_seconds = wall_seconds;
+        self.rest_seconds = wall_seconds - self.spectrum_seconds - self.fit_seconds;
+        self.steps_per_second = steps as f64 / wall_seconds;
+    }
+}
+
+/// An interquartile mean and its 95 % bootstrap interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IqmInterval {
+    /// Interquartile mean over seeds.
+    pub iqm: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// A median and its 95 % bootstrap interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MedianInterval {
+    /// Median over seeds; none if it is not defined.
+    pub median: Option<f64>,
+    /// Lower end.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+}
+
+/// A probability and its 95 % bootstrap interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProbabilityInterval {
+    /// The probability.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// A median of moments that may never come.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// Median over seeds; none if half of them or more never get there.
+    pub median: Option<f64>,
+    /// How many seeds get there.
+    pub reached: usize,
+}
+
+/// One arm over all seeds. Apart from the name and the numbers of `compare --json` there is more here than the format
+/// asks for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArmSummary {
+    /// Its name.
+    pub name: String,
+    /// Regret in units of reward (eq. 15).
+    pub regret: IqmInterval,
+    /// Regret ÷ regret of the sparse arm with the same seed and the same step sizes.
+    pub ratio_to_sparse: MedianInterval,
+    /// The same against the sparse arm with step sizes tuned for this world; only if that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratio_to_tuned_sparse: Option<MedianInterval>,
+    /// Chance that a run of this arm has less regret than a run of the sparse one.
+    pub probability_of_improvement: ProbabilityInterval,
+    /// Environment steps until a goal was reached first.
+    pub first_goal_step: Moments,
+    /// Episodes until the mean length of 20 was at most 1.5 times the optimum.
+    pub episodes_to_1_5x: Moments,
+    /// Environment steps until then.
+    pub steps_to_1_5x: Moments,
+    /// Episodes until it was at most 1.1 times the optimum.
+    pub episodes_to_1_1x: Moments,
+    /// Environment steps until then.
+    pub steps_to_1_1x: Moments,
+    /// Mean length of the last episodes ÷ optimum: median over seeds.
+    pub final_ratio: f64,
+    /// Largest number of false maxima of φ at the end of a run; none without a potential.
+    pub spurious_maxima: Option<usize>,
+}
+
+/// Step sizes tried for the sparse arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TuningEntry {
+    /// Step size of the critic.
+    pub critic_learning_rate: f64,
+    /// Step size of the actor.
+    pub actor_learning_rate: f64,
+    /// Interquartile mean of the regret over the tuning seeds.
+    pub regret_iqm: f64,
+}
+
+/// How the sparse arm was tuned for the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tuning {
+    /// Seeds used for it; none of them is a seed of the comparison.
+    pub seeds: Vec<u64>,
+    /// Everything that was tried.
+    pub tried: Vec<TuningEntry>,
+    /// What had the least regret, and is compared with.
+    pub chosen: TuningEntry,
+    /// Its regret over the seeds of the comparison.
+    pub regret: IqmInterval,
+}
+
+/// Medians over seeds of where an arm's time went.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArmTiming {
+    /// The arm.
+    pub name: String,
+    /// Medians over seeds.
+    #[serde(flatten)]
+    pub median: TrialTiming,
+}
+
+/// `compare.json`: everything but `timing` is the same for equal runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seeds, as asked for.
+    pub seeds: Vec<u64>,
+    /// Arms, as asked for.
+    pub arms: Vec<ArmSummary>,
+    /// Episodes of each run.
+    pub episodes: usize,
+    /// Mean length of an episode under the best policy.
+    pub optimal_steps: f64,
+    /// Regret of the sparse arm that the ratios refer to, whether it was asked for or not.
+    pub sparse_regret: IqmInterval,
+    /// How the sparse arm was tuned, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
+    /// What the clock said, by arm.
+    pub timing: Vec<ArmTiming>,
+}

@@ -1,0 +1,292 @@
+//! Comparisons as people read them: a table for each world, and one over all worlds.
+
+use super::comparison::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments};
+use super::terminal::grouped;
+use comfy_table::{CellAlignment, Table, presets};
+use std::fmt::Write;
+
+/// How a table is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableStyle {
+    /// With lines.
+    #[default]
+    Terminal,
+    /// For documents.
+    Markdown,
+}
+
+/// One world: a row for each arm, and below it what the columns refer to.
+pub fn render_comparison(comparison: &Comparison, style: TableStyle) -> String {
+    let mut header = vec!["arm", "regret (IQM)", "÷ sparse"];
+    if comparison.tuning.is_some() {
+        header.push("÷ tuned");
+    }
+    header.extend([
+        "better",
+        "first goal",
+        "to 1.5×",
+        "to 1.1×",
+        "final",
+        "false max.",
+        "ms a run",
+        "µs a step",
+    ]);
+    let mut table = table(style, header);
+    for (arm, timing) in comparison.arms.iter().zip(&comparison.timing) {
+        table.add_row(row(arm, timing, comparison));
+    }
+    let mut text = format!("{}\n\n", title(comparison));
+    text += &align_right(table);
+    text.push('\n');
+    text + &notes(comparison)
+}
+
+/// All worlds: ratios to the sparse arm, a column for each arm.
+pub fn render_overview(comparisons: &[Comparison], style: TableStyle) -> String {
+    let Some(first) = comparisons.first() else {
+        return String::new();
+    };
+    let names = || first.arms.iter().map(|arm| arm.name.as_str());
+    let mut table = table(style, ["regret ÷ sparse"].into_iter().chain(names()));
+    for comparison in comparisons {
+        let ratios = comparison
+            .arms
+            .iter()
+            .map(|arm| ratio(&arm.ratio_to_sparse));
+        table.add_row([comparison.scenario.clone()].into_iter().chain(ratios));
+    }
+    let mut text = align_right(table);
+    text.push_str("\nMedians over seeds, with 95 % bootstrap intervals.\n");
+    text
+}
+
+fn table<T: Into<comfy_table::Cell>>(
+    style: TableStyle,
+    header: impl IntoIterator<Item = T>,
+) -> Table {
+    let mut table = Table::new();
+    table.load_style(match style {
+        TableStyle::Terminal => presets::UTF8_FULL_CONDENSED,
+        TableStyle::Markdown => presets::ASCII_MARKDOWN,
+    });
+    table.set_header(header);
+    table
+}
+
+/// Numbers to the right.
+fn align_right(mut table: Table) -> String {
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.trim_fmt() + "\n"
+}
+
+fn title(comparison: &Comparison) -> String {
+    format!(
+        "{}: {} seeds ({}), {} episodes each, optimal episode {:.1} steps",
+        comparison.scenario,
+        comparison.seeds.len(),
+        ranges(&comparison.seeds),
+        grouped(comparison.episodes as u64),
+        comparison.optimal_steps
+    )
+}
+
+fn row(arm: &ArmSummary, timing: &ArmTiming, comparison: &Comparison) -> Vec<String> {
+    let mut cells = vec![
+        arm.name.clone(),
+        iqm(&arm.regret),
+        ratio(&arm.ratio_to_sparse),
+    ];
+    if comparison.tuning.is_some() {
+        cells.push(arm.ratio_to_tuned_sparse.as_ref().map_or_else(dash, ratio));
+    }
+    let time = &timing.median;
+    cells.extend([
+        format!("{:.2}", arm.probability_of_improvement.value),
+        moments(&arm.first_goal_step),
+        moments(&arm.steps_to_1_5x),
+        moments(&arm.steps_to_1_1x),
+        format!("{:.2}", arm.final_ratio),
+        arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),
+        format!("{:.0}", time.wall_seconds * 1e3),
+        format!("{:.2}", 1e6 / time.steps_per_second),
+    ]);
+    cells
+}
+
+/// What the columns mean and refer to.
+fn notes(comparison: &Comparison) -> String {
+    let mut text = String::from(
+        "[ ]: 95 % bootstrap interval. better: chance of less regret than sparse. first goal, to 1.5×, to 1.1×: median \
+         environment steps, – if half of the seeds or more never get there. final: length of the last episodes ÷ optimum.\n",
+    );
+    let has_sparse = comparison.arms.iter().any(|arm| arm.name == "sparse");
+    if !has_sparse {
+        let _ = writeln!(
+            text,
+            "The sparse arm was run for the ratios: regret {}.",
+            iqm(&comparison.sparse_regret)
+        );
+    }
+    if let Some(tuning) = &comparison.tuning {
+        let _ = writeln!(
+            text,
+            "Tuned sparse arm: critic {}, actor {}, the best of {} pairs over {} seeds ({}); regret {}.",
+            tuning.chosen.critic_learning_rate,
+            tuning.chosen.actor_learning_rate,
+            tuning.tried.len(),
+            tuning.seeds.len(),
+            ranges(&tuning.seeds),
+            iqm(&tuning.regret)
+        );
+    }
+    text
+}
+
+fn dash() -> String {
+    "–".to_owned()
+}
+
+fn iqm(value: &IqmInterval) -> String {
+    let whole = |x: f64| match x < 0.0 {
+        true => format!("-{}", grouped((-x).round() as u64)),
+        false => grouped(x.round() as u64),
+    };
+    format!(
+        "{} [{}, {}]",
+        whole(value.iqm),
+        whole(value.low),
+        whole(value.high)
+    )
+}
+
+fn ratio(value: &MedianInterval) -> String {
+    match (value.median, value.low, value.high) {
+        (Some(median), Some(low), Some(high)) => {
+            format!("{} [{}, {}]", short(median), short(low), short(high))
+        }
+        _ => dash(),
+    }
+}
+
+/// Three decimals for small ratios, two for large ones.
+fn short(ratio: f64) -> String {
+    match ratio.abs() {
+        ..0.0095 => format!("{ratio:.4}"),
+        ..0.95 => format!("{ratio:.3}"),
+        _ => format!("{ratio:.2}"),
+    }
+}
+
+fn moments(moments: &Moments) -> String {
+    moments
+        .median
+        .map_or_else(dash, |steps| grouped(steps.round() as u64))
+}
+
+/// 1000–1019 for runs of consecutive seeds.
+fn ranges(seeds: &[u64]) -> String {
+    let mut parts: Vec<(u64, u64)> = Vec::new();
+    for &seed in seeds {
+        match parts.last_mut() {
+            Some((_, end)) if end.checked_add(1) == Some(seed) => *end = seed,
+            _ => parts.push((seed, seed)),
+        }
+    }
+    let part = |&(from, to): &(u64, u64)| match from == to {
+        true => from.to_string(),
+        false => format!("{from}–{to}"),
+    };
+    parts.iter().map(part).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::comparison::{ProbabilityInterval, TrialTiming};
+
+    fn comparison() -> Comparison {
+        let never = Moments {
+            median: None,
+            reached: 1,
+        };
+        let at = |steps| Moments {
+            median: Some(steps),
+            reached: 3,
+        };
+        let gcn = ArmSummary {
+            name: "gcn".to_owned(),
+            regret: IqmInterval {
+                iqm: 1234.4,
+                low: 990.0,
+                high: 1500.6,
+            },
+            ratio_to_sparse: MedianInterval {
+                median: Some(0.0345),
+                low: Some(0.00312),
+                high: Some(1.5),
+            },
+            ratio_to_tuned_sparse: None,
+            probability_of_improvement: ProbabilityInterval {
+                value: 1.0,
+                low: 0.9,
+                high: 1.0,
+            },
+            first_goal_step: at(321.0),
+            episodes_to_1_5x: at(25.0),
+            steps_to_1_5x: at(1000.5),
+            episodes_to_1_1x: never,
+            steps_to_1_1x: never,
+            final_ratio: 1.054,
+            spurious_maxima: None,
+        };
+        Comparison {
+            scenario: "four-rooms".to_owned(),
+            seeds: vec![1000, 1001, 1002, 7],
+            arms: vec![gcn],
+            episodes: 500,
+            optimal_steps: 20.0,
+            sparse_regret: IqmInterval {
+                iqm: 10_350.0,
+                low: 9_000.0,
+                high: 12_000.0,
+            },
+            tuning: None,
+            timing: vec![ArmTiming {
+                name: "gcn".to_owned(),
+                median: TrialTiming {
+                    wall_seconds: 0.25,
+                    spectrum_seconds: 0.1,
+                    fit_seconds: 0.1,
+                    rest_seconds: 0.05,
+                    steps_per_second: 40_000.0,
+                },
+            }],
+        }
+    }
+
+    #[test]
+    fn a_comparison_reads_well() {
+        let text = render_comparison(&comparison(), TableStyle::Markdown);
+        for words in [
+            "four-rooms: 4 seeds (1000–1002, 7), 500 episodes each, optimal episode 20.0 steps",
+            "| gcn | 1 234 [990, 1 501] | 0.035 [0.0031, 1.50] |   1.00 |        321 |   1 001 |       – |  1.05 |          – |      250 |     25.00 |",
+            "The sparse arm was run for the ratios: regret 10 350 [9 000, 12 000].",
+        ] {
+            assert!(text.contains(words), "no {words} in\n{text}");
+        }
+    }
+
+    #[test]
+    fn the_overview_has_a_row_for_each_world() {
+        let worlds = [comparison(), comparison()];
+        let text = render_overview(&worlds, TableStyle::Terminal);
+        assert_eq!(
+            text.matches("│ four-rooms      ┆ 0.035 [0.0031, 1.50] │")
+                .count(),
+            2,
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,102 @@
+//! Curves with bands over two logarithmic axes.
+
+use super::{Anchor, Drawing};
+use crate::report::band::Band;
+
+/// Where a chart stands, and the powers of ten at the ends of its axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LogChart {
+    /// Left, upper, right, lower edge in pixels.
+    pub edges: [f64; 4],
+    /// Decades of x.
+    pub x: (f64, f64),
+    /// Decades of y.
+    pub y: (f64, f64),
+}
+
+impl LogChart {
+    /// Values below the axes' ends are drawn at these ends: regret can be 0.
+    pub(super) fn place(&self, x: f64, y: f64) -> (f64, f64) {
+        let [left, top, right, bottom] = self.edges;
+        let share = |v: f64, (low, high): (f64, f64)| {
+            ((v.max(f64::MIN_POSITIVE).log10() - low) / (high - low)).clamp(0.0, 1.0)
+        };
+        (
+            left + share(x, self.x) * (right - left),
+            bottom - share(y, self.y) * (bottom - top),
+        )
+    }
+}
+
+impl Drawing {
+    /// Grid lines and labels at the powers of ten.
+    pub(super) fn log_axes(&mut self, chart: &LogChart, x_title: &str, y_title: &str) {
+        let [left, top, right, bottom] = chart.edges;
+        for power in decades(chart.y) {
+            let (_, y) = chart.place(1.0, 10_f64.powi(power));
+            self.line((left, y), (right, y), "grid");
+            self.text(left - 8.0, y + 4.5, Anchor::End, "", &ten_to(power));
+        }
+        for power in decades(chart.x) {
+            let (x, _) = chart.place(10_f64.powi(power), 1.0);
+            self.line((x, bottom), (x, bottom + 5.0), "axis");
+            self.text(x, bottom + 20.0, Anchor::Middle, "", &ten_to(power));
+        }
+        self.line((left, bottom), (right, bottom), "axis");
+        self.text(
+            (left + right) / 2.0,
+            bottom + 38.0,
+            Anchor::Middle,
+            "",
+            x_title,
+        );
+        self.text(left - 56.0, top - 14.0, Anchor::Start, "h", y_title);
+    }
+
+    /// A curve over x = 1, 2, 3 …, thinned to a point for each pixel or so, with its band and its name at the end.
+    pub(super) fn band(&mut self, chart: &LogChart, band: &Band, class: &str, name: &str) {
+        let mut last = f64::NEG_INFINITY;
+        let shown: Vec<usize> = (0..band.mean.len())
+            .filter(|&i| {
+                let (x, _) = chart.place((i + 1) as f64, 1.0);
+                let apart = x - last >= 1.5;
+                if apart {
+                    last = x;
+                }
+                apart || i + 1 == band.mean.len()
+            })
+            .collect();
+        let points = |values: &[f64]| -> Vec<(f64, f64)> {
+            let point = |&i: &usize| chart.place((i + 1) as f64, values[i]);
+            shown.iter().map(point).collect()
+        };
+        let upper = points(&band.high);
+        let lower = points(&band.low);
+        self.path(
+            upper.into_iter().chain(lower.into_iter().rev()),
+            &format!("{class}b"),
+        );
+        let mean = points(&band.mean);
+        let end = mean.last().copied().unwrap_or_default();
+        self.path(mean.into_iter(), class);
+        self.text(
+            end.0 + 8.0,
+            end.1 + 4.5,
+            Anchor::Start,
+            &format!("{class}t"),
+            name,
+        );
+    }
+}
+
+fn decades((low, high): (f64, f64)) -> std::ops::RangeInclusive<i32> {
+    low.ceil() as i32..=high.floor() as i32
+}
+
+/// 1, 10, 100, 1 000 …
+fn ten_to(power: i32) -> String {
+    match u32::try_from(power) {
+        Ok(power) => crate::report::grouped(10_u64.pow(power)),
+        Err(_) => format!("{}", 10_f64.powi(power)),
+    }
+}

@@ -1,0 +1,67 @@
+//! A function of the cells, as colours on the map.
+
+use super::{Anchor, Drawing};
+use crate::env::layouts::{Cell, Layout, Tile};
+use crate::report::color::viridis;
+use std::fmt::Write;
+
+/// A square on the page.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    /// Left edge.
+    pub x: f64,
+    /// Upper edge.
+    pub y: f64,
+    /// Width and height.
+    pub size: f64,
+}
+
+impl Drawing {
+    /// Draws the map into `frame`, coloured by `value` from `range.0` to `range.1`; cells without one stay pale.
+    pub(super) fn heat_map(
+        &mut self,
+        layout: &Layout,
+        frame: Frame,
+        range: (f64, f64),
+        value: impl Fn(Cell) -> Option<f64>,
+    ) {
+        let side = frame.size / layout.rows().max(layout.cols()) as f64;
+        let corner = |cell| {
+            let (row, col) = layout.position(cell);
+            (frame.x + col as f64 * side, frame.y + row as f64 * side)
+        };
+        let all = (0..layout.num_cells())
+            .filter_map(|i| layout.cell(i / layout.cols(), i % layout.cols()));
+        for cell in all {
+            let (x, y) = corner(cell);
+            let look = match (layout.tile(cell), value(cell)) {
+                (Tile::Wall, _) => r#"class="wall""#.to_owned(),
+                (_, None) => r#"class="unseen""#.to_owned(),
+                (_, Some(v)) => {
+                    let share = (v - range.0) / (range.1 - range.0).max(f64::MIN_POSITIVE);
+                    format!(r#"fill="{}""#, viridis(share))
+                }
+            };
+            // A hair wider than the cell, so that no seams show.
+            let wide = side + 0.3;
+            let _ = writeln!(
+                self.body,
+                r#"<rect x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{wide:.1}" shape-rendering="crispEdges" {look}/>"#
+            );
+        }
+        let start = layout.start.map(|cell| (cell, "S"));
+        for (cell, mark) in start
+            .into_iter()
+            .chain(layout.goals.iter().map(|g| (g.cell, "G")))
+        {
+            let (x, y) = corner(cell);
+            self.text(
+                x + side / 2.0,
+                y + side / 2.0 + 4.5,
+                Anchor::Middle,
+                "on",
+                mark,
+            );
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! A run folder read back: what every page and figure is made of.
+
+use super::summary::Summary;
+use crate::runner::files::read_json;
+use crate::runner::{GraphRow, PolicyRow, RunnerError, Snapshot, is_run, read_snapshots};
+use crate::scenario::Scenario;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A run: its scenario and all its seeds.
+#[derive(Clone, Debug)]
+pub struct RecordedRun {
+    /// The folder's name.
+    pub name: String,
+    /// The scenario, complete.
+    pub scenario: Scenario,
+    /// Its text with every default.
+    pub resolved: String,
+    /// The command line that made it.
+    pub arguments: Vec<String>,
+    /// The results.
+    pub summary: Summary,
+    /// The seeds that have ended, ascending.
+    pub seeds: Vec<RecordedSeed>,
+}
+
+/// One seed of a run.
+#[derive(Clone, Debug)]
+pub struct RecordedSeed {
+    /// Master seed.
+    pub seed: u64,
+    /// Rows of `episodes.csv`.
+    pub episodes: Vec<EpisodeRow>,
+    /// Rows of `refreshes.csv`.
+    pub refreshes: Vec<RefreshRow>,
+    /// Frames of `snapshots.json`.
+    pub snapshots: Vec<Snapshot>,
+    /// Place (`row,col`) or name of each state.
+    pub labels: Vec<String>,
+    /// Rows of `policy.csv`.
+    pub policy: Vec<PolicyRow>,
+    /// Rows of `graph.csv`.
+    pub graph: Vec<GraphRow>,
+}
+
+/// A row of `episodes.csv`, as far as it is shown.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct EpisodeRow {
+    /// Environment steps up to its end.
+    pub step: u64,
+    /// Its steps.
+    pub length: u64,
+    /// Σ r.
+    #[serde(rename = "return")]
+    pub plain_return: f64,
+    /// Σ (r + F).
+    pub shaped_return: f64,
+    /// `terminated` or `truncated`.
+    pub status: String,
+    /// ρ of the run so far.
+    pub regret: f64,
+    /// States known.
+    pub nodes: usize,
+    /// Undirected edges known.
+    pub edges: usize,
+}
+
+/// A row of `refreshes.csv`, as far as it is shown.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct RefreshRow {
+    /// Environment step.
+    pub step: u64,
+    /// States known.
+    pub nodes: usize,
+    /// Products with the Laplacian, if the spectrum was refreshed.
+    pub applications: Option<usize>,
+    /// Solves with its factor.
+    pub solves: Option<usize>,
+    /// Largest ‖Lv − λv‖ relative to the largest eigenvalue kept.
+    pub max_relative_residual: Option<f64>,
+    /// Whether the potential was fitted.
+    pub fitted: bool,
+    /// The network's loss after its fit.
+    pub loss: Option<f64>,
+}
+
+/// The runs that `folder` is or holds, up to two levels below it, by name.
+///
+/// # Errors
+/// If there is none, or one of them cannot be read.
+pub fn read_runs(folder: &Path) -> Result<Vec<RecordedRun>, RunnerError> {
+    let mut found = Vec::new();
+    find_runs(folder, 2, &mut found);
+    if found.is_empty() {
+        return Err(damaged(folder, "not a run folder"));
+    }
+    found.iter().map(|path| RecordedRun::read(path)).collect()
+}
+
+fn find_runs(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
+    if is_run(folder) {
+        found.push(folder.to_owned());
+    } else if depth > 0 {
+        for path in children(folder) {
+            find_runs(&path, depth - 1, found);
+        }
+    }
+}
+
+/// The folders in `folder`, sorted.
+fn children(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.is_dir());
+    paths.sort();
+    paths
+}
+
+impl RecordedRun {
+    /// Reads a run folder.
+    ///
+    /// # Errors
+    /// If it is none, no seed has ended in it, or a file does not say what it should.
+    pub fn read(folder: &Path) -> Result<Self, RunnerError> {
+        let path = folder.join("resolved.toml");
+        let resolved = fs::read_to_string(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+        let scenario: Scenario =
+            toml::from_str(&resolved).map_err(|e| damaged(&path, e.message()))?;
+        let path = folder.join("summary.json");
+        let summary: Summary = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+        let seeds: Vec<_> = summary
+            .seeds
+            .iter()
+            .map(|result| {
+                let name = crate::runner::seed_folder_name(result.seed);
+                RecordedSeed::read(&folder.join(name), result.seed)
+            })
+            .collect::<Result<_, _>>()?;
+        if seeds.is_empty() {
+            return Err(damaged(folder, "no seed of this run has ended yet"));
+        }
+        let name = folder.file_name().unwrap_or(folder.as_os_str());
+        Ok(Self {
+            name: name.to_string_lossy().into_owned(),
+            scenario,
+            resolved,
+            arguments: arguments(folder),
+            summary,
+            seeds,
+        })
+    }
+}
+
+impl RecordedSeed {
+    fn read(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
+        let labels: Vec<csv::StringRecord> = rows(folder, "states.csv", |reader| {
+            reader.records().collect::<Result<_, _>>()
+        })?;
+        Ok(Self {
+            seed,
+            episodes: table(folder, "episodes.csv")?,
+            refreshes: table(folder, "refreshes.csv")?,
+            snapshots: read_snapshots(folder)?,
+            labels: labels
+                .iter()
+                .map(|row| row.iter().skip(1).collect::<Vec<_>>().join(","))
+                .collect(),
+            policy: table(folder, "policy.csv")?,
+            graph: table(folder, "graph.csv")?,
+        })
+    }
+}
+
+/// What `run.json` says about the command line; nothing if it says nothing.
+fn arguments(folder: &Path) -> Vec<String> {
+    #[derive(Deserialize)]
+    struct Info {
+        arguments: Vec<String>,
+    }
+    read_json::<Info>(&folder.join("run.json")).map_or(Vec::new(), |info| info.arguments)
+}
+
+fn table<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Vec<T>, RunnerError> {
+    rows(folder, name, |reader| reader.deserialize().collect())
+}
+
+fn rows<T>(
+    folder: &Path,
+    name: &str,
+    read: impl FnOnce(&mut csv::Reader<fs::File>) -> csv::Result<Vec<T>>,
+) -> Result<Vec<T>, RunnerError> {
+    let path = folder.join(name);
+    csv::Reader::from_path(&path)
+        .and_then(|mut reader| read(&mut reader))
+        .map_err(|error| damaged(&path, &error.to_string()))
+}
+
+fn damaged(path: &Path, message: &str) -> RunnerError {
+    RunnerError::Damaged {
+        path: path.to_owned(),
+        message: message.to_owned(),
+    }
+}

@@ -1,0 +1,213 @@
+//! Is the shaping of a run valid? Four questions, answered from what the run recorded and from the true model.
+//!
+//! Shaping by F = γφ(s′) − φ(s), φ = 0 after termination, must leave the optimal actions as they are
+//! (Ng, Harada & Russell 1999): Q*_shaped(s, a) = Q*(s, a) − φ(s).
+
+use super::recorded::{RecordedRun, RecordedSeed};
+use crate::env::layouts::Layout;
+use crate::env::{Action, Model, Outcome, TabularMdp};
+use crate::exploration::ExplorationKind;
+use crate::runner::pipeline_params;
+use crate::scenario::World;
+use serde::Serialize;
+
+/// Largest world of which the values are computed.
+const MAX_STATES: usize = 5_000;
+
+/// To what the two sides of an identity may differ: sums of thousands of terms of size 1 to 1000, and φ kept to four
+/// digits.
+const TOLERANCE: f64 = 1e-6;
+
+/// An answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// The question.
+    pub name: &'static str,
+    /// Yes, no, or nothing to say.
+    pub holds: Option<bool>,
+    /// The numbers.
+    pub detail: String,
+}
+
+/// The answers for the first seed of a run.
+pub fn validity(run: &RecordedRun) -> Vec<Check> {
+    let seed = &run.seeds[0];
+    let mut checks = vec![discounts_agree(run), telescopes(run, seed)];
+    match run.scenario.world(seed.seed) {
+        Ok(World::Grid(world)) => {
+            let layout = world.layout();
+            let index = |label: &str| Some(world.mdp_index(&cell(layout, label)?));
+            checks.extend(on_the_model(run, seed, &world.to_mdp(), index));
+        }
+        Ok(World::Listed(world, names)) => {
+            let index = |label: &str| names.iter().position(|name| name == label);
+            checks.extend(on_the_model(run, seed, &world.to_mdp(), index));
+        }
+        Err(error) => checks.push(Check {
+            name: "The optimal policy stays",
+            holds: None,
+            detail: format!("the world cannot be built here: {}", error.message),
+        }),
+    }
+    checks
+}
+
+/// The cell that a label `row,col` names.
+pub(super) fn cell(layout: &Layout, label: &str) -> Option<crate::env::layouts::Cell> {
+    let (row, col) = label.split_once(',')?;
+    layout.cell(row.parse().ok()?, col.parse().ok()?)
+}
+
+fn discounts_agree(run: &RecordedRun) -> Check {
+    let (agent, shaper) = (
+        run.scenario.agent.gamma,
+        pipeline_params(&run.scenario).gamma,
+    );
+    Check {
+        name: "γ of the shaping is γ of the learner",
+        holds: Some(agent == shaper),
+        detail: format!("{shaper} and {agent}"),
+    }
+}
+
+/// Σ F over an episode must be −φ(s₀) if it terminated and γ = 1. φ(s₀) is known for the episodes after the last fit.
+fn telescopes(run: &RecordedRun, seed: &RecordedSeed) -> Check {
+    let name = "Σ F = −φ(start) over a terminated episode: φ counts as 0 at its end";
+    let unknown = |why: &str| Check {
+        name,
+        holds: None,
+        detail: format!("not measured: {why}"),
+    };
+    if run.scenario.agent.gamma != 1.0 {
+        return unknown("the discounted sum is not on record (γ < 1)");
+    }
+    if run.scenario.exploration.kind == ExplorationKind::CountBonus {
+        return unknown("the bonus for novelty is part of the shaped return");
+    }
+    let fits = seed.refreshes.iter().filter(|row| row.fitted);
+    let last_fit = fits.map(|row| row.step).max().unwrap_or(0);
+    let shapings = (seed.episodes.iter())
+        .filter(|row| row.status == "terminated" && row.step - row.length >= last_fit)
+        .map(|row| row.shaped_return - row.plain_return);
+    let (mut low, mut high, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    for shaping in shapings {
+        (low, high, count) = (low.min(shaping), high.max(shaping), count + 1);
+    }
+    if count < 2 {
+        return unknown("fewer than two episodes ended after the last fit");
+    }
+    if matches!(run.scenario.world(seed.seed), Ok(World::Grid(world)) if world.params().random_start)
+    {
+        return unknown("episodes begin in different states");
+    }
+    let error = high - low;
+    Check {
+        name,
+        holds: Some(error < TOLERANCE),
+        detail: format!(
+            "Σ F = {high:.4} in each of {count} episodes, whatever way they went; largest difference {error:.1e}"
+        ),
+    }
+}
+
+/// Value iteration with and without φ.
+fn on_the_model(
+    run: &RecordedRun,
+    seed: &RecordedSeed,
+    mdp: &TabularMdp,
+    index: impl Fn(&str) -> Option<usize>,
+) -> Vec<Check> {
+    let name = "The optimal policy stays (value iteration on the true model)";
+    let states = mdp.num_states();
+    if states > MAX_STATES {
+        let detail = format!("not computed: {states} states, more than {MAX_STATES}");
+        return vec![Check {
+            name,
+            holds: None,
+            detail,
+        }];
+    }
+    let places: Vec<Option<usize>> = seed.labels.iter().map(|label| index(label)).collect();
+    let phi = potential_by_place(seed, &places, states);
+    let gamma = run.scenario.agent.gamma;
+    let Some(shaped) = shaped_model(mdp, &phi, gamma) else {
+        let detail = "not computed: φ is not finite".to_owned();
+        return vec![Check {
+            name,
+            holds: Some(false),
+            detail,
+        }];
+    };
+    let plain_values = mdp.value_iteration(gamma, 1e-10).values;
+    let shaped_values = shaped.value_iteration(gamma, 1e-10).values;
+    let best = |model: &TabularMdp, values: &[f64], state| {
+        model.greedy_actions(values, gamma, state, TOLERANCE)
+    };
+    let (mut changed, mut compared, mut error) = (0, 0, 0.0_f64);
+    let known = || places.iter().flatten().copied();
+    for state in known().filter(|&s| !mdp.is_terminal(s) && plain_values[s].is_finite()) {
+        compared += 1;
+        let differ = best(mdp, &plain_values, state) != best(&shaped, &shaped_values, state);
+        changed += usize::from(differ);
+        error = error.max((shaped_values[state] + phi[state] - plain_values[state]).abs());
+    }
+    let mut right = 0;
+    let mut held = 0;
+    for (row, place) in seed.policy.iter().zip(&places) {
+        if let (Some(action), Some(state)) = (row.greedy, place)
+            && row.visits > 0
+            && !mdp.is_terminal(*state)
+        {
+            held += 1;
+            let optimal = best(mdp, &plain_values, *state);
+            right += usize::from(optimal.contains(&Action(action)));
+        }
+    }
+    vec![
+        Check {
+            name,
+            holds: Some(changed == 0),
+            detail: format!(
+                "optimal actions differ in {changed} of {compared} states; largest |V_shaped + φ − V| = {error:.1e}"
+            ),
+        },
+        Check {
+            name: "What was learnt (for information)",
+            holds: None,
+            detail: format!(
+                "the action held best is optimal in {right} of {held} visited states; rarely visited ones need not be learnt"
+            ),
+        },
+    ]
+}
+
+/// φ by state of the model; where the run never was, the lowest.
+fn potential_by_place(seed: &RecordedSeed, places: &[Option<usize>], states: usize) -> Vec<f64> {
+    let last = seed.snapshots.last();
+    let values = last.map_or(&[][..], |snapshot| &snapshot.potential);
+    let lowest = values.iter().copied().fold(0.0_f32, f32::min);
+    let mut phi = vec![f64::from(lowest); states];
+    for (place, &value) in places.iter().zip(values) {
+        if let Some(place) = place {
+            phi[*place] = f64::from(value);
+        }
+    }
+    phi
+}
+
+/// The same world paying r + γφ(s′) − φ(s), φ = 0 where episodes end.
+fn shaped_model(mdp: &TabularMdp, phi: &[f64], gamma: f64) -> Option<TabularMdp> {
+    let terminal: Vec<bool> = (0..mdp.num_states()).map(|s| mdp.is_terminal(s)).collect();
+    let ends = terminal.clone();
+    let shaped = TabularMdp::from_fn(mdp.num_actions(), terminal, |state, action, outcomes| {
+        outcomes.extend(mdp.outcomes(state, action).iter().map(|outcome| {
+            let next = outcome.next as usize;
+            let entered = if ends[next] { 0.0 } else { phi[next] };
+            Outcome {
+                reward: outcome.reward + gamma * entered - phi[state],
+                ..*outcome
+            }
+        }));
+    });
+    shaped.ok()
+}

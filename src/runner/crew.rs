@@ -1,0 +1,83 @@
+//! Many independent jobs on all threads.
+//!
+//! Each worker is a pool of one thread: what a job would split among threads it does itself. With jobs as tasks of
+//! one common pool a worker that waits inside a job could pick up a whole other job meanwhile, and the clock of the
+//! first would count the second.
+
+use rayon::ThreadPoolBuilder;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Does `work` on every job, as many at a time as rayon has threads; results in the order of the jobs. After the first
+/// failure no further job is begun, and of the failures there are the one that comes first in the list is returned.
+///
+/// # Errors
+/// What a job failed with.
+///
+/// # Panics
+/// If a job panics, or a thread cannot be started.
+pub fn do_all<J: Sync, T: Send, E: Send>(
+    jobs: &[J],
+    work: impl Fn(&J) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
+    let next = AtomicUsize::new(0);
+    let slots: Vec<Mutex<Option<Result<T, E>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    let worker = || {
+        let pool = ThreadPoolBuilder::new().num_threads(1).build();
+        pool.expect("a thread can be started").install(|| {
+            loop {
+                let i = next.fetch_add(1, Ordering::Relaxed);
+                let Some(job) = jobs.get(i) else { break };
+                let done = work(job);
+                if done.is_err() {
+                    next.store(jobs.len(), Ordering::Relaxed);
+                }
+                *slots[i].lock().expect("only this worker has this slot") = Some(done);
+            }
+        });
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..rayon::current_num_threads().min(jobs.len()) {
+            scope.spawn(worker);
+        }
+    });
+    slots
+        .into_iter()
+        .filter_map(|slot| slot.into_inner().expect("only its worker had this slot"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_keep_the_order_of_the_jobs() {
+        let jobs: Vec<u64> = (0..100).collect();
+        let squares: Result<Vec<u64>, ()> = do_all(&jobs, |&x| Ok(x * x));
+        assert_eq!(
+            squares.unwrap(),
+            jobs.iter().map(|x| x * x).collect::<Vec<_>>()
+        );
+        let none: Result<Vec<u64>, ()> = do_all(&[], |&x: &u64| Ok(x));
+        assert!(none.unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_failure_ends_it() {
+        let begun = AtomicUsize::new(0);
+        let jobs: Vec<u64> = (0..10_000).collect();
+        let result = do_all(&jobs, |&x| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            if x == 3 { Err(x) } else { Ok(x) }
+        });
+        assert_eq!(result.unwrap_err(), 3);
+        assert!(begun.into_inner() < jobs.len());
+    }
+
+    #[test]
+    fn inner_parallelism_stays_in_its_job() {
+        let threads = do_all(&[1, 2], |_| Ok::<_, ()>(rayon::current_num_threads()));
+        assert_eq!(threads.unwrap(), [1, 1]);
+    }
+}

@@ -1,0 +1,109 @@
+//! The graph at the end of a run as tables: `graph.csv` and `policy.csv`.
+//!
+//! | file | a row for each |
+//! |---|---|
+//! | `graph.csv` | (state, action, next state) that was seen: how often, Σ r, whether it ended an episode |
+//! | `policy.csv` | state: how often it was left, and the action held best there without advice (empty if none) |
+
+use super::error::RunnerError;
+use super::files::write_atomically;
+use crate::agent::Agent;
+use crate::env::Action;
+use crate::graph::{StateId, TransitionGraph};
+use serde::Deserialize;
+use std::io::Write;
+use std::path::Path;
+
+/// A row of `graph.csv`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct GraphRow {
+    /// State number.
+    pub from: u32,
+    /// Action number.
+    pub action: u16,
+    /// State number.
+    pub to: u32,
+    /// How often it was seen.
+    pub count: u32,
+    /// Σ r over those times.
+    pub reward_sum: f64,
+    /// Whether an episode ended on arrival.
+    pub terminal: bool,
+}
+
+/// A row of `policy.csv`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct PolicyRow {
+    /// State number.
+    pub state: u32,
+    /// How often an action was taken here.
+    pub visits: u64,
+    /// The action held best; none where the agent has no opinion.
+    pub greedy: Option<u16>,
+}
+
+/// Writes both tables into the seed's `folder`.
+///
+/// # Errors
+/// If they cannot be written.
+pub fn write_graph_files(
+    folder: &Path,
+    graph: &TransitionGraph,
+    agent: &impl Agent,
+) -> Result<(), RunnerError> {
+    let path = folder.join("graph.csv");
+    write_atomically(&path, |file| {
+        writeln!(file, "from,action,to,count,reward_sum,terminal")?;
+        let digraph = graph.digraph();
+        for edge in digraph.edge_indices() {
+            let (from, to) = digraph.edge_endpoints(edge).expect("an edge has ends");
+            let stats = &digraph[edge];
+            let (from, to, action) = (from.index(), to.index(), stats.action.0);
+            let (count, sum, terminal) = (stats.count, stats.reward_sum, stats.terminal);
+            writeln!(file, "{from},{action},{to},{count},{sum},{terminal}")?;
+        }
+        Ok(())
+    })
+    .map_err(RunnerError::write(&path))?;
+    let path = folder.join("policy.csv");
+    write_atomically(&path, |file| {
+        writeln!(file, "state,visits,greedy")?;
+        for state in (0..graph.num_states()).map(|s| StateId(s as u32)) {
+            let actions = (0..graph.num_actions()).map(|a| Action(a as u16));
+            let visits: u64 = actions.map(|a| u64::from(graph.tries(state, a))).sum();
+            match agent.greedy_action(state) {
+                Some(action) => writeln!(file, "{},{visits},{}", state.0, action.0)?,
+                None => writeln!(file, "{},{visits},", state.0)?,
+            }
+        }
+        Ok(())
+    })
+    .map_err(RunnerError::write(&path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::agent::{AgentParams, build_agent};
+
+    #[test]
+    fn every_transition_and_state_has_a_row() {
+        let mut graph = TransitionGraph::new(2);
+        let (a, b) = (graph.add_state(), graph.add_state());
+        graph.record(a, Action(1), -1.0, b, true);
+        graph.record(a, Action(1), -1.0, b, true);
+        graph.record(a, Action(0), -0.5, a, false);
+        let agent = build_agent(&AgentParams::default(), 2, 1.0, 0);
+        let folder = tempfile::tempdir().unwrap();
+        write_graph_files(folder.path(), &graph, &agent).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("graph.csv")).unwrap();
+        assert_eq!(
+            text,
+            "from,action,to,count,reward_sum,terminal\n0,1,1,2,-2,true\n0,0,0,1,-0.5,false\n"
+        );
+        let mut rows = csv::Reader::from_path(folder.path().join("policy.csv")).unwrap();
+        let rows: Vec<PolicyRow> = rows.deserialize().map(Result::unwrap).collect();
+        let visits: Vec<u64> = rows.iter().map(|row| row.visits).collect();
+        assert_eq!(visits, [3, 0]);
+    }
+}

@@ -1,0 +1,131 @@
+//! From the trials of a comparison to its numbers.
+
+use super::compare::Trial;
+use super::statistics::{
+    Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
+};
+use crate::report::{
+    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialTiming,
+};
+
+/// The summary of an arm against the sparse arm, and against a tuned one if there is one. All are over the same
+/// seeds in the same order; `trials` must not be empty.
+pub fn summarise(
+    name: &str,
+    trials: &[Trial],
+    sparse: &[Trial],
+    tuned: Option<&[Trial]>,
+) -> ArmSummary {
+    let moments = |part: &dyn Fn(&Trial) -> Option<u64>| {
+        let reached: Vec<Option<u64>> = trials.iter().map(part).collect();
+        median_moment(&reached)
+    };
+    let ratios: Vec<f64> = trials
+        .iter()
+        .map(|t| t.result.final_mean_steps / t.result.optimal_steps)
+        .collect();
+    ArmSummary {
+        name: name.to_owned(),
+        regret: regret_interval(trials),
+        ratio_to_sparse: ratio_interval(trials, sparse),
+        ratio_to_tuned_sparse: tuned.map(|tuned| ratio_interval(trials, tuned)),
+        probability_of_improvement: improvement(trials, sparse),
+        first_goal_step: moments(&|t| t.result.first_goal_step),
+        episodes_to_1_5x: moments(&|t| t.result.within_1_5x.map(|a| a.episodes)),
+        steps_to_1_5x: moments(&|t| t.result.within_1_5x.map(|a| a.steps)),
+        episodes_to_1_1x: moments(&|t| t.result.within_1_1x.map(|a| a.episodes)),
+        steps_to_1_1x: moments(&|t| t.result.within_1_1x.map(|a| a.steps)),
+        final_ratio: median(&ratios),
+        spurious_maxima: trials.iter().filter_map(|t| t.result.spurious_maxima).max(),
+    }
+}
+
+/// Interquartile mean of the regret.
+pub fn regret_interval(trials: &[Trial]) -> IqmInterval {
+    let Interval { value, low, high } =
+        Bootstrap::default().interval(&regrets(trials), interquartile_mean);
+    IqmInterval {
+        iqm: value,
+        low,
+        high,
+    }
+}
+
+/// Median of regret ÷ regret of `base` with the same seed; seeds where `base` has no regret do not count.
+pub fn ratio_interval(trials: &[Trial], base: &[Trial]) -> MedianInterval {
+    let ratios: Vec<f64> = trials
+        .iter()
+        .zip(base)
+        .filter(|(_, base)| base.result.regret > 0.0)
+        .map(|(trial, base)| trial.result.regret / base.result.regret)
+        .collect();
+    if ratios.is_empty() {
+        return MedianInterval {
+            median: None,
+            low: None,
+            high: None,
+        };
+    }
+    let Interval { value, low, high } = Bootstrap::default().interval(&ratios, median);
+    MedianInterval {
+        median: Some(value),
+        low: Some(low),
+        high: Some(high),
+    }
+}
+
+/// The two arms are two strata.
+fn improvement(trials: &[Trial], sparse: &[Trial]) -> ProbabilityInterval {
+    let (ours, theirs) = (regrets(trials), regrets(sparse));
+    let Interval { value, low, high } = Bootstrap::default().stratified(&[&ours, &theirs], |s| {
+        probability_of_improvement(&s[0], &s[1])
+    });
+    ProbabilityInterval { value, low, high }
+}
+
+fn regrets(trials: &[Trial]) -> Vec<f64> {
+    trials.iter().map(|t| t.result.regret).collect()
+}
+
+/// Never is later than every moment.
+fn median_moment(moments: &[Option<u64>]) -> Moments {
+    let times: Vec<f64> = moments
+        .iter()
+        .map(|m| m.map_or(f64::INFINITY, |m| m as f64))
+        .collect();
+    Moments {
+        median: Some(median(&times)).filter(|m| m.is_finite()),
+        reached: moments.iter().flatten().count(),
+    }
+}
+
+/// Medians of each part of the time.
+pub fn timing(name: &str, trials: &[Trial]) -> ArmTiming {
+    let part = |part: fn(&TrialTiming) -> f64| {
+        median(&trials.iter().map(|t| part(&t.timing)).collect::<Vec<_>>())
+    };
+    ArmTiming {
+        name: name.to_owned(),
+        median: TrialTiming {
+            wall_seconds: part(|t| t.wall_seconds),
+            spectrum_seconds: part(|t| t.spectrum_seconds),
+            fit_seconds: part(|t| t.fit_seconds),
+            rest_seconds: part(|t| t.rest_seconds),
+            steps_per_second: part(|t| t.steps_per_second),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn never_counts_as_latest() {
+        assert_eq!(median_moment(&[Some(3), None, Some(5)]).median, Some(5.0));
+        let mostly_never = median_moment(&[Some(3), None, None]);
+        assert_eq!((mostly_never.median, mostly_never.reached), (None, 1));
+        // Half of them: the middle two are a moment and never.
+        assert_eq!(median_moment(&[Some(3), None]).median, None);
+    }
+}

@@ -1,0 +1,197 @@
+//! One arm, one seed: the loop without files, for comparisons.
+//!
+//! Nothing is written and nothing logged by the step, so that the long runs of weak arms go at the speed of the loop.
+
+use super::build::build_engine;
+use crate::engine::RefreshRecord;
+use crate::env::{Model, Optimum};
+use crate::error::Error;
+use crate::report::{Arrival, TrialResult, TrialTiming, final_mean_steps};
+use crate::scenario::{Scenario, World};
+use crate::shaping::PotentialKind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Episodes whose mean length must be near the optimum.
+const WINDOW: usize = 20;
+
+/// Runs every episode of a scenario with this seed; none if `stop` was set before the last one ended.
+///
+/// # Errors
+/// If a part of the pipeline fails.
+pub fn run_trial(
+    scenario: &Scenario,
+    seed: u64,
+    stop: &AtomicBool,
+) -> Result<Option<(TrialResult, TrialTiming)>, Error> {
+    let world = scenario.world(seed);
+    match world.expect("the scenario was checked when it was loaded") {
+        World::Grid(world) => run_in(scenario, world, seed, stop),
+        World::Listed(world, _) => run_in(scenario, world, seed, stop),
+    }
+}
+
+fn run_in<E>(
+    scenario: &Scenario,
+    world: E,
+    seed: u64,
+    stop: &AtomicBool,
+) -> Result<Option<(TrialResult, TrialTiming)>, Error>
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
+    let optimum = world.optimum();
+    let mut engine = build_engine(scenario, world, seed);
+    let begun = Instant::now();
+    let mut course = Course::new(optimum);
+    let mut timing = TrialTiming::default();
+    for _ in 0..scenario.run.episodes {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let record = engine.run_episode(|refresh, _| course.count_refresh(refresh, &mut timing))?;
+        course.count_episode(record.length, record.plain_return, record.step);
+    }
+    timing.finish(begun.elapsed().as_secs_f64(), engine.steps());
+    let pipeline = engine.pipeline();
+    let spurious_maxima = match scenario.shaping.potential {
+        PotentialKind::None => None,
+        _ => Some(pipeline.spurious_maxima()?.len()),
+    };
+    let graph = pipeline.transitions();
+    let result = TrialResult {
+        seed,
+        episodes: scenario.run.episodes,
+        steps: engine.steps(),
+        regret: course.regret(),
+        optimal_steps: optimum.expected_steps,
+        final_mean_steps: final_mean_steps(&course.lengths),
+        first_goal_step: engine.first_goal_step(),
+        within_1_5x: course.within_1_5x.arrival,
+        within_1_1x: course.within_1_1x.arrival,
+        nodes: graph.num_states(),
+        edges: graph.adjacency().num_edges(),
+        spectrum_refreshes: course.spectrum_refreshes,
+        gcn_fits: course.gcn_fits,
+        spurious_maxima,
+    };
+    Ok(Some((result, timing)))
+}
+
+/// The sums over episodes.
+struct Course {
+    optimum: Optimum,
+    lengths: Vec<u32>,
+    returns: f64,
+    within_1_5x: Approach,
+    within_1_1x: Approach,
+    spectrum_refreshes: usize,
+    gcn_fits: usize,
+}
+
+impl Course {
+    fn new(optimum: Optimum) -> Self {
+        Self {
+            optimum,
+            lengths: Vec::new(),
+            returns: 0.0,
+            within_1_5x: Approach::to(1.5 * optimum.expected_steps),
+            within_1_1x: Approach::to(1.1 * optimum.expected_steps),
+            spectrum_refreshes: 0,
+            gcn_fits: 0,
+        }
+    }
+
+    fn count_refresh(&mut self, refresh: &RefreshRecord, timing: &mut TrialTiming) {
+        self.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
+        let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
+        self.gcn_fits += usize::from(fit.is_some());
+        timing.spectrum_seconds += refresh.spectrum_seconds;
+        timing.fit_seconds += refresh.fit_seconds;
+    }
+
+    /// An episode of this length has ended after `step` steps of the run.
+    fn count_episode(&mut self, length: u64, plain_return: f64, step: u64) {
+        self.lengths.push(u32::try_from(length).unwrap_or(u32::MAX));
+        self.returns += plain_return;
+        self.within_1_5x.look(&self.lengths, step);
+        self.within_1_1x.look(&self.lengths, step);
+    }
+
+    /// ρ(T) = T R* − Σ R_t (eq. 15).
+    fn regret(&self) -> f64 {
+        self.lengths.len() as f64 * self.optimum.expected_return - self.returns
+    }
+}
+
+/// Waits for the trailing mean of episode lengths to come down to a limit.
+struct Approach {
+    limit: f64,
+    arrival: Option<Arrival>,
+}
+
+impl Approach {
+    fn to(limit: f64) -> Self {
+        Self {
+            limit,
+            arrival: None,
+        }
+    }
+
+    fn look(&mut self, lengths: &[u32], step: u64) {
+        let Some(from) = lengths.len().checked_sub(WINDOW) else {
+            return;
+        };
+        let sum: u64 = lengths[from..].iter().map(|&l| u64::from(l)).sum();
+        // A hair of slack: 1.1 × 8 is not 8.8 in binary.
+        if self.arrival.is_none() && sum as f64 <= self.limit * WINDOW as f64 * (1.0 + 1e-12) {
+            self.arrival = Some(Arrival {
+                episodes: lengths.len() as u64,
+                steps: step,
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn arrival_needs_a_full_window_at_the_limit() {
+        let mut approach = Approach::to(8.8);
+        let mut lengths = vec![8; 19];
+        approach.look(&lengths, 152);
+        assert_eq!(approach.arrival, None);
+        lengths[0] = 8 + 17; // the sum of 20 is then 177, one too many
+        lengths.push(8);
+        approach.look(&lengths, 177);
+        assert_eq!(approach.arrival, None);
+        lengths[0] -= 1;
+        approach.look(&lengths, 176);
+        lengths.push(1000);
+        approach.look(&lengths, 1176);
+        let arrival = approach.arrival.unwrap();
+        assert_eq!((arrival.episodes, arrival.steps), (20, 176));
+    }
+
+    #[test]
+    fn a_trial_agrees_with_the_world_and_stops_when_told() {
+        let text = "[env]\nrows = 4\ncols = 4\n[run]\nepisodes = 40\n";
+        let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+        let scenario = scenario.unwrap().scenario;
+        let go_on = AtomicBool::new(false);
+        let (result, timing) = run_trial(&scenario, 5, &go_on).unwrap().unwrap();
+        assert_eq!(result.optimal_steps, 6.0);
+        // −1 a step, 0 for the one that enters the goal: regret is exactly the steps beyond the shortest path.
+        assert_eq!(result.regret, result.steps as f64 - 40.0 * 6.0);
+        assert_eq!(result.spurious_maxima, Some(0));
+        assert!(result.first_goal_step.unwrap() >= 6);
+        assert!(timing.wall_seconds >= timing.spectrum_seconds + timing.fit_seconds);
+        assert_eq!(run_trial(&scenario, 5, &go_on).unwrap().unwrap().0, result);
+        let stop = AtomicBool::new(true);
+        assert!(run_trial(&scenario, 5, &stop).unwrap().is_none());
+    }
+}
