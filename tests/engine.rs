@@ -241,7 +241,7 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
     let records: Vec<_> = (0..60)
         .map(|_| {
             engine
-                .run_episode(|r: &RefreshRecord| refreshes += u32::from(r.spectrum.is_some()))
+                .run_episode(|r: &RefreshRecord, _| refreshes += u32::from(r.spectrum.is_some()))
                 .unwrap()
         })
         .collect();

@@ -13,9 +13,9 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// The colour of `share` in 0..=1, from dark violet to yellow, as `#rrggbb`.
+/// The colour of `share` in 0..=1, from dark violet to yellow, as `#rrggbb`; NaN counts as 0.
 pub fn viridis(share: f64) -> String {
-    let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    let place = if share > 0.0 { share.min(1.0) } else { 0.0 } * (VIRIDIS.len() - 1) as f64;
     let below = (place as usize).min(VIRIDIS.len() - 2);
     let part = place - below as f64;
     let [red, green, blue] = [0, 1, 2].map(|channel| {

@@ -6,6 +6,7 @@
 //!   scenario.toml   the scenario as it was given
 //!   resolved.toml   the same with every default and every --set
 //!   summary.json    the results; all clock readings stand in its object `timing`
+//!   report.html     all of it to look at
 //!   seed-0000/      episodes.csv refreshes.csv timings.csv events.jsonl potential.npy eigenvectors.npy
 //!                   states.csv graph.csv policy.csv snapshots.json
 //! ```

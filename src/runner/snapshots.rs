@@ -36,8 +36,8 @@ pub struct Snapshot {
     pub potential: Vec<f32>,
     /// The lowest eigenvalues, ascending; empty before the first spectrum.
     pub eigenvalues: Vec<f64>,
-    /// The second to fifth eigenvector by state number, scaled by √n, to four digits; each may be shorter than
-    /// `potential` by the states found since the spectrum was refreshed.
+    /// The second to fifth eigenvector by state number, scaled by √n, to four digits, each with the sign that agrees
+    /// best with the frame before; may be shorter than `potential` by the states found since the last spectrum.
     pub vectors: Vec<Vec<f32>>,
 }
 
@@ -65,7 +65,7 @@ impl Snapshots {
         let number = self.refreshes;
         self.refreshes += 1;
         if number.is_multiple_of(self.stride) {
-            self.frames.push(Snapshot::of(step, pipeline));
+            self.push(step, pipeline);
             self.thin();
         }
     }
@@ -80,9 +80,14 @@ impl Snapshots {
         pipeline: &ShapingPipeline<S>,
         folder: &Path,
     ) -> Result<(), RunnerError> {
-        self.frames.push(Snapshot::of(step, pipeline));
+        self.push(step, pipeline);
         let path = folder.join(FILE);
         write_compact_json(&path, &self.frames).map_err(RunnerError::write(&path))
+    }
+
+    fn push<S: Clone + Eq + Hash>(&mut self, step: u64, pipeline: &ShapingPipeline<S>) {
+        let frame = Snapshot::of(step, pipeline, self.frames.last());
+        self.frames.push(frame);
     }
 
     fn thin(&mut self) {
@@ -100,16 +105,27 @@ impl Snapshots {
 }
 
 impl Snapshot {
-    fn of<S: Clone + Eq + Hash>(step: u64, pipeline: &ShapingPipeline<S>) -> Self {
+    fn of<S: Clone + Eq + Hash>(
+        step: u64,
+        pipeline: &ShapingPipeline<S>,
+        before: Option<&Self>,
+    ) -> Self {
         let graph = pipeline.transitions();
         let nodes = graph.num_states();
         let mut potential: Vec<f32> = rounded(pipeline.potential().values().iter().copied());
         potential.resize(nodes, 0.0);
-        let spectrum = pipeline.spectrum();
-        let vectors = spectrum.features().map_or(Vec::new(), |features| {
+        let pairs = pipeline.spectrum().eigenpairs();
+        let vectors = pairs.map_or(Vec::new(), |pairs| {
+            let (rows, columns) = pairs.vectors.shape();
+            let before = |k| before.and_then(|frame| frame.vectors.get(k));
             VECTORS
-                .take_while(|&k| k < features.ncols())
-                .map(|k| rounded((0..features.nrows()).map(|row| features[(row, k)])))
+                .take_while(|&k| k < columns)
+                .enumerate()
+                .map(|(place, k)| {
+                    let column: Vec<f64> = (0..rows).map(|row| pairs.vectors[(row, k)]).collect();
+                    let scale = (rows as f64).sqrt() * sign(&column, before(place));
+                    rounded(column.iter().map(|entry| entry * scale))
+                })
                 .collect()
         });
         Self {
@@ -117,9 +133,7 @@ impl Snapshot {
             nodes,
             edges: graph.adjacency().num_edges(),
             potential,
-            eigenvalues: spectrum
-                .eigenpairs()
-                .map_or(Vec::new(), |pairs| pairs.values.clone()),
+            eigenvalues: pairs.map_or(Vec::new(), |pairs| pairs.values.clone()),
             vectors,
         }
     }
@@ -129,11 +143,21 @@ impl Snapshot {
     }
 }
 
+/// −1 if `column` points away from the vector of the frame before, so that pictures do not flicker; else 1. Features
+/// are aligned by a rotation instead, which is better for learning, but mixes the eigenvectors.
+fn sign(column: &[f64], before: Option<&Vec<f32>>) -> f64 {
+    let product: f64 = before.map_or(0.0, |before| {
+        let pairs = column.iter().zip(before);
+        pairs.map(|(now, &then)| now * f64::from(then)).sum()
+    });
+    if product < 0.0 { -1.0 } else { 1.0 }
+}
+
 /// Four digits of each value: enough for any colour.
 fn rounded(values: impl Iterator<Item = f64>) -> Vec<f32> {
     values
         .map(|value| {
-            let magnitude = value.abs().max(1e-12).log10().floor() as i32;
+            let magnitude = value.abs().max(1e-9).log10().floor() as i32;
             let unit = 10_f64.powi(magnitude - 3);
             ((value / unit).round() * unit) as f32
         })
@@ -200,9 +224,22 @@ mod tests {
         let pipeline = walked(5);
         let snapshots = Snapshots::default();
         snapshots.finish(5, &pipeline, folder.path()).unwrap();
-        let frames = read_snapshots(folder.path()).unwrap();
-        assert_eq!(frames, [Snapshot::of(5, &pipeline)]);
+        let mut frames = read_snapshots(folder.path()).unwrap();
+        let mut written = Snapshot::of(5, &pipeline, None);
+        // JSON of f64 is read to the last bit but one.
+        let values = frames[0].eigenvalues.drain(..);
+        for (read, written) in values.zip(written.eigenvalues.drain(..)) {
+            assert!((read - written).abs() < 1e-14);
+        }
+        assert_eq!(frames, [written]);
         assert_eq!((frames[0].nodes, frames[0].potential.len()), (6, 6));
+    }
+
+    #[test]
+    fn signs_follow_the_frame_before() {
+        assert_eq!(sign(&[1.0, -2.0], Some(&vec![-1.0])), -1.0);
+        assert_eq!(sign(&[1.0, -2.0], Some(&vec![0.5, -0.5])), 1.0);
+        assert_eq!(sign(&[1.0], None), 1.0);
     }
 
     #[test]

@@ -171,10 +171,11 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
     let over = |value: fn(&crate::report::SeedResult) -> f64| {
         let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
         let (mean, low, high) = interval(&values);
-        if values.len() > 1 {
-            format!("{mean:.1} [{low:.1}, {high:.1}]")
+        let mean = short(mean);
+        if high > low {
+            format!("{mean} [{}, {}]", short(low), short(high))
         } else {
-            format!("{mean:.1}")
+            mean
         }
     };
     let found = run
@@ -193,6 +194,12 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
         ("fits", over(|s| s.gcn_fits as f64)),
     ]
+}
+
+/// To a tenth, without a needless one.
+fn short(number: f64) -> String {
+    let text = format!("{number:.1}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
 fn cells(seed: &RecordedSeed, layout: Option<&Layout>) -> Vec<Option<u32>> {

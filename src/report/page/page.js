@@ -49,7 +49,7 @@ function ticks(low, high, log) {
 }
 
 // series: {x, y, low?, high?, color, name, dash?}
-function chart(parent, { title, xTitle, yTitle, series, log }) {
+function chart(parent, { title, xTitle, yTitle, series, log, xlog }) {
   const width = 520, height = 280, left = 62, right = 12, top = 12, bottom = 44;
   const usable = series.filter(s => s.x.length > 0);
   const figure = element('figure', {}, element('figcaption', {}, title));
@@ -59,16 +59,20 @@ function chart(parent, { title, xTitle, yTitle, series, log }) {
   const floor = log ? Math.max(1e-12, Math.min(...positive, 1e12)) : -Infinity;
   const f = log ? v => Math.log10(Math.max(v, floor)) : v => v;
   const xs = usable.flatMap(s => [s.x[0], s.x[s.x.length - 1]]);
-  const x0 = Math.min(...xs), x1 = Math.max(...xs, x0 + 1);
+  const fx = xlog ? x => Math.log10(Math.max(x, 1)) : x => x;
+  const x0 = fx(Math.min(...xs)), x1 = Math.max(fx(Math.max(...xs)), x0 + 1);
   let y0 = Infinity, y1 = -Infinity;
   for (const s of usable) for (let i = 0; i < s.y.length; i++) {
-    y0 = Math.min(y0, f(s.low ? s.low[i] : s.y[i]));
-    y1 = Math.max(y1, f(s.high ? s.high[i] : s.y[i]));
+    // Bands may leave the picture: where seeds are few they are as wide as they are.
+    y0 = Math.min(y0, f(s.y[i]));
+    y1 = Math.max(y1, f(s.y[i]));
   }
   if (log) { y0 = Math.floor(y0); y1 = Math.ceil(y1); }
+  else { const margin = .06 * (y1 - y0); y0 -= margin; y1 += margin; }
   if (y1 - y0 < 1e-9) { y0 -= 1; y1 += 1; }
-  const px = x => left + (x - x0) / (x1 - x0) * (width - left - right);
-  const py = y => height - bottom - (f(y) - y0) / (y1 - y0) * (height - top - bottom);
+  const inside = share => Math.min(Math.max(share, 0), 1);
+  const px = x => left + (fx(x) - x0) / (x1 - x0) * (width - left - right);
+  const py = y => height - bottom - inside((f(y) - y0) / (y1 - y0)) * (height - top - bottom);
   const last = usable.map(s => `${s.name} ends at ${number(s.y[s.y.length - 1])}`).join('; ');
   const svg = element('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `${title}. ${last}.` });
   for (const t of ticks(y0, y1, log)) {
@@ -76,7 +80,8 @@ function chart(parent, { title, xTitle, yTitle, series, log }) {
     svg.append(element('line', { x1: left, x2: width - right, y1: y, y2: y, class: 'grid' }));
     svg.append(element('text', { x: left - 6, y: y + 4, 'text-anchor': 'end' }, number(log ? 10 ** t : t)));
   }
-  for (const t of ticks(x0, x1, false)) {
+  for (const power of ticks(x0, x1, xlog)) {
+    const t = xlog ? 10 ** power : power;
     svg.append(element('line', { x1: px(t), x2: px(t), y1: height - bottom, y2: height - bottom + 5, class: 'axis' }));
     svg.append(element('text', { x: px(t), y: height - bottom + 18, 'text-anchor': 'middle' }, number(t)));
   }
@@ -116,11 +121,11 @@ function drawGrowth() {
   parent.replaceChildren();
   const arms = visible();
   const over = (frames, value) => ({ x: frames.map(f => f.step), y: frames.map(value) });
-  chart(parent, { title: 'Graph discovered (solid: states, dashed: edges)', xTitle: 'environment step', yTitle: 'count',
+  chart(parent, { title: 'Graph discovered (solid: states, dashed: edges)', xTitle: 'environment step, log scale', xlog: true, yTitle: 'count',
     series: arms.flatMap(([arm, i]) => [
       { ...over(arm.frames, f => f.nodes), name: `states of ${arm.name}`, color: color(i) },
       { ...over(arm.frames, f => f.edges), name: `edges of ${arm.name}`, color: color(i), dash: '5 4' }]) });
-  const [arm] = [data.arms[Number(byId('arm').value)]];
+  const arm = data.arms[Number(byId('arm').value)];
   const known = arm.frames.filter(f => f.eigenvalues.length);
   const count = Math.max(0, ...known.map(f => f.eigenvalues.length));
   const eigen = [];
@@ -128,14 +133,14 @@ function drawGrowth() {
     const frames = known.filter(f => f.eigenvalues.length > k && f.eigenvalues[k] > 1e-12);
     eigen.push({ ...over(frames, f => f.eigenvalues[k]), name: `λ${k + 1}`, color: viridis(k / count) });
   }
-  chart(parent, { title: `Eigenvalues of ${arm.name}, without λ1 = 0`, xTitle: 'environment step', yTitle: 'λ, log scale', series: eigen, log: true });
+  chart(parent, { title: `Eigenvalues of ${arm.name}, without λ1 = 0`, xTitle: 'environment step, log scale', xlog: true, yTitle: 'λ, log scale', series: eigen, log: true });
   const effort = (key, dash) => arms.map(([arm, i]) => {
     const rows = arm.solver.filter(r => r[key] !== null);
     return { x: rows.map(r => r.step), y: rows.map(r => r[key]), name: `${key} of ${arm.name}`, color: color(i), dash };
   });
-  chart(parent, { title: 'Effort of the eigensolver in each refresh', xTitle: 'environment step', yTitle: 'products and solves',
+  chart(parent, { title: 'Effort of the eigensolver in each refresh', xTitle: 'environment step, log scale', xlog: true, yTitle: 'products and solves',
     series: [...effort('applications'), ...effort('solves', '5 4')] });
-  chart(parent, { title: 'Loss of the network after each fit', xTitle: 'environment step', yTitle: 'loss, log scale', series: effort('loss'), log: true });
+  chart(parent, { title: 'Loss of the network after each fit', xTitle: 'environment step, log scale', xlog: true, yTitle: 'loss, log scale', series: effort('loss'), log: true });
 }
 
 // --- maps ---------------------------------------------------------------------------------------------------
@@ -229,10 +234,10 @@ function drawMaps() {
   const text = `step ${number(frame.step)}: ${frame.nodes} states, ${frame.edges} edges`;
   byId('moment').value = text;
   byId('time').setAttribute('aria-valuetext', text);
-  const place = arm.map ? 'Pale: not yet discovered.' : 'Placed by the second and third eigenvector.';
+  const place = arm.map ? 'Blank: not yet discovered.' : 'Placed by the second and third eigenvector.';
   mapFigure('Potential φ (reward)', arm, frame.potential, place);
   frame.vectors.slice(0, 3).forEach((vector, k) =>
-    mapFigure(`Eigenvector v${k + 2}, scaled by √n`, arm, vector, 'Aligned with the one before it.', { symmetric: true }));
+    mapFigure(`Eigenvector v${k + 2}, scaled by √n`, arm, vector, 'Blank: not yet discovered. Signs follow the moment before.', { symmetric: true }));
   mapFigure('Visits, at the end (log₁₀ of 1 + times)', arm, arm.visits.map(n => Math.log10(1 + n)), 'Of the whole run.');
   mapFigure('Greedy policy on φ, at the end', arm, arm.frames[arm.frames.length - 1].potential,
     'Arrows: the action held best, without advice; none where nothing was learnt.', { arrows: arm.greedy });
