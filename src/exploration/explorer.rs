@@ -332,10 +332,10 @@ impl Explorer {
         let weight = self.params.potential_advice / unit;
         for (i, logit) in advice.iter_mut().enumerate() {
             let action = Action(i as u16);
-            if graph.tries(state, action) == 0 {
-                if let Prediction::Undo(next) = self.displacements.predict(graph, state, action) {
-                    *logit = weight * (potential.value(next) - here);
-                }
+            if graph.tries(state, action) == 0
+                && let Prediction::Undo(next) = self.displacements.predict(graph, state, action)
+            {
+                *logit = weight * (potential.value(next) - here);
             }
         }
         for outcome in graph.outcomes(state) {

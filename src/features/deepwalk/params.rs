@@ -72,7 +72,8 @@ mod tests {
     #[test]
     fn each_range_is_checked() {
         assert_eq!(DeepWalkParams::default().validate(), Ok(()));
-        let broken: [(&str, fn(&mut DeepWalkParams)); 7] = [
+        type Slip = fn(&mut DeepWalkParams);
+        let broken: [(&str, Slip); 7] = [
             ("dimensions", |p| p.dimensions = 0),
             ("walks_per_node", |p| p.walks_per_node = 0),
             ("walk_length", |p| p.walk_length = 1),
