@@ -55,7 +55,7 @@ fn engine(
     };
     Engine::new(
         world.expect("the map is fine"),
-        ShapingPipeline::new(&params, 4, false, 0),
+        ShapingPipeline::new(&params, 4, None, 0),
         build_agent(&AgentParams::default(), 4, 1.0, 0),
     )
 }
@@ -63,7 +63,7 @@ fn engine(
 fn run(engine: &mut Engine<GridWorld, AnyAgent>, episodes: usize) -> u64 {
     let before = engine.steps();
     for _ in 0..episodes {
-        black_box(engine.run_episode(|_| ()).expect("rewards are finite"));
+        black_box(engine.run_episode(|_, _| ()).expect("rewards are finite"));
     }
     engine.steps() - before
 }

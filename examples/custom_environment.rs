@@ -38,7 +38,7 @@ fn learn(shaped: bool, episodes: usize) -> Result<Vec<u32>, PipelineError> {
         },
         ..Default::default()
     };
-    let mut pipeline = ShapingPipeline::new(&params, 3, false, 0);
+    let mut pipeline = ShapingPipeline::new(&params, 3, None, 0);
     let mut q: HashMap<(u32, u16), f64> = HashMap::new();
     let mut lengths = Vec::new();
     for _ in 0..episodes {

@@ -31,12 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         gamma: own.gamma,
         ..Default::default()
     };
-    let pipeline = ShapingPipeline::new(&params, world.num_actions(), false, seed);
+    let pipeline = ShapingPipeline::new(&params, world.num_actions(), None, seed);
     let mut engine = Engine::new(world, pipeline, agent);
 
     let mut regret = 0.0;
     for episode in 0..200 {
-        let record = engine.run_episode(|_| ())?;
+        let record = engine.run_episode(|_, _| ())?;
         regret += optimum.expected_return - record.plain_return;
         if episode < 5 || episode % 50 == 49 {
             println!(

@@ -47,14 +47,14 @@ fn agent(seed: u64) -> AnyAgent {
 fn engine(world: GridWorld, params: &PipelineParams, seed: u64) -> Engine<GridWorld, AnyAgent> {
     Engine::new(
         world,
-        ShapingPipeline::new(params, 4, false, seed),
+        ShapingPipeline::new(params, 4, None, seed),
         agent(seed),
     )
 }
 
 fn run(engine: &mut Engine<GridWorld, AnyAgent>, episodes: usize) -> Vec<EpisodeRecord> {
     (0..episodes)
-        .map(|_| engine.run_episode(|_| ()).unwrap())
+        .map(|_| engine.run_episode(|_, _| ()).unwrap())
         .collect()
 }
 
@@ -88,11 +88,11 @@ fn the_pipeline_alone_shapes_as_it_does_inside_the_engine() {
         inner: agent(5),
         seen: Vec::new(),
     };
-    let pipeline = ShapingPipeline::new(&params, 4, false, 5);
+    let pipeline = ShapingPipeline::new(&params, 4, None, 5);
     let mut engine = Engine::new(open(7), pipeline, recorder);
-    (0..15).for_each(|_| drop(engine.run_episode(|_| ()).unwrap()));
+    (0..15).for_each(|_| drop(engine.run_episode(|_, _| ()).unwrap()));
 
-    let mut alone = ShapingPipeline::new(&params, 4, false, 5);
+    let mut alone = ShapingPipeline::new(&params, 4, None, 5);
     let mut world = open(7);
     let mut begun = false;
     for &(action, shaping, status) in &engine.agent().seen {
@@ -128,7 +128,7 @@ fn shaping_telescopes_over_episodes_with_fits_in_between() {
     ] {
         let mut world = grid_world(&layout, &limited, 0);
         let params = params(potential, ExplorationKind::None);
-        let mut pipeline = ShapingPipeline::new(&params, 4, false, 1);
+        let mut pipeline = ShapingPipeline::new(&params, 4, None, 1);
         // It wanders, so that there is something new in the middle of episodes, and some of them are cut off.
         let mut agent = RandomAgent::new(4, 1);
         let (mut fits, mut truncated, mut terminated) = (0, 0, 0);
@@ -234,13 +234,18 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
         features: FeatureKind::Pvf,
         ..Default::default()
     };
-    let pipeline = ShapingPipeline::new(&params, 4, true, 0);
+    let pipeline = ShapingPipeline::new(
+        &params,
+        4,
+        Some(eigentrail::features::FeatureSource::Pvf),
+        0,
+    );
     let mut engine = Engine::new(open(6), pipeline, build_agent(&own, 4, 1.0, 0));
     let mut refreshes = 0;
     let records: Vec<_> = (0..60)
         .map(|_| {
             engine
-                .run_episode(|r: &RefreshRecord| refreshes += u32::from(r.spectrum.is_some()))
+                .run_episode(|r: &RefreshRecord, _| refreshes += u32::from(r.spectrum.is_some()))
                 .unwrap()
         })
         .collect();
@@ -256,7 +261,7 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
         .features()
         .expect("it was refreshed");
     assert!(features.nrows() <= engine.pipeline().transitions().num_states());
-    let without = ShapingPipeline::<Cell>::new(&params, 4, false, 0);
+    let without = ShapingPipeline::<Cell>::new(&params, 4, None, 0);
     assert!(without.spectrum().features().is_none());
 }
 
@@ -276,7 +281,7 @@ fn a_reward_that_is_no_number_is_an_error_and_changes_nothing() {
             ..Default::default()
         },
         2,
-        false,
+        None,
         0,
     );
     pipeline.begin_episode(&0);
@@ -305,7 +310,7 @@ fn a_step_after_the_end_of_an_episode_is_a_slip() {
             ..Default::default()
         },
         2,
-        false,
+        None,
         0,
     );
     pipeline.begin_episode(&0);
@@ -324,7 +329,7 @@ fn an_action_out_of_range_is_a_slip() {
             ..Default::default()
         },
         2,
-        false,
+        None,
         0,
     );
     pipeline.begin_episode(&0);
@@ -336,7 +341,7 @@ fn truncation_keeps_the_potential_and_the_advice_of_the_last_state() {
     let mut pipeline = ShapingPipeline::new(
         &params(PotentialKind::Hops, ExplorationKind::Frontier),
         1,
-        false,
+        None,
         0,
     );
     // 0 → 1 → 2 → 3, a goal.
@@ -385,7 +390,7 @@ fn a_goal_where_the_episode_goes_on_is_forgotten() {
     let mut pipeline = ShapingPipeline::new(
         &params(PotentialKind::Gcn, ExplorationKind::Frontier),
         2,
-        false,
+        None,
         0,
     );
     pipeline.begin_episode(&0);

@@ -163,7 +163,7 @@ mod tests {
             gamma: 1.0,
             ..PipelineParams::default()
         };
-        let mut pipeline = ShapingPipeline::new(&params, 1, false, 0);
+        let mut pipeline = ShapingPipeline::new(&params, 1, None, 0);
         pipeline.begin_episode(&0);
         for state in 1..=steps {
             let step = Step {
