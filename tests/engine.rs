@@ -15,7 +15,6 @@ use eigentrail::env::{
     Action, Environment, GridWorld, GridWorldParams, Landmark, Layout, Model, Step, StepStatus,
 };
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
-use eigentrail::features::FeatureSource;
 use eigentrail::shaping::{Potential, PotentialKind, ShapingParams};
 use env_worlds::grid_world;
 
@@ -235,7 +234,12 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
         features: FeatureKind::Pvf,
         ..Default::default()
     };
-    let pipeline = ShapingPipeline::new(&params, 4, Some(FeatureSource::Pvf), 0);
+    let pipeline = ShapingPipeline::new(
+        &params,
+        4,
+        Some(eigentrail::features::FeatureSource::Pvf),
+        0,
+    );
     let mut engine = Engine::new(open(6), pipeline, build_agent(&own, 4, 1.0, 0));
     let mut refreshes = 0;
     let records: Vec<_> = (0..60)
