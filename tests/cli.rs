@@ -636,8 +636,8 @@ mod runs {
             }
         }
         assert_eq!(
-            compared, 5,
-            "episodes, refreshes, states, potential, eigenvectors"
+            compared, 8,
+            "episodes, refreshes, states, potential, eigenvectors, and three snapshots of the potential"
         );
         let results = |run: &Path| {
             let summary = fs::read(run.join("summary.json")).unwrap();
