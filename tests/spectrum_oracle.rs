@@ -447,6 +447,33 @@ mod growth {
     }
 
     #[test]
+    fn hypercubes_whose_eigenspaces_are_wider_than_the_block() {
+        // λ = 2j / d has C(d, j) copies: k = 16 cuts the 36 of λ = 4 / 9.
+        check_growing(&graphs::hypercube(9), 16, 0.05);
+        let cube = graphs::hypercube(10);
+        let sizes = graphs::sizes(64, 0.05, cube.rows());
+        let mut expected = vec![0.0];
+        expected.extend([0.2; 10]);
+        expected.extend([0.4; 45]);
+        grow(&cube, &sizes, &params(32, TOL), |prefix, pairs, what| {
+            assert_pairs(prefix, LaplacianKind::Normalized, pairs, TOL, what);
+            if prefix.rows() == cube.rows() {
+                assert_values(&pairs.values, &expected, what);
+            }
+        });
+    }
+
+    #[test]
+    fn components_that_follow_one_another() {
+        // Several low modes of a component are new at once: nothing of them is in the warm start.
+        let parts: Vec<Csr> = [1, 15, 7, 20, 1]
+            .map(|side| graphs::grid(side, side))
+            .into();
+        let graph = graphs::discovered(&graphs::disjoint(&parts), 6);
+        check_growing(&graph, 32, 0.05);
+    }
+
+    #[test]
     fn components_that_join_later() {
         // In shuffled order prefixes are mostly isolated nodes and small trees.
         for seed in 0..3 {

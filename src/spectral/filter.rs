@@ -21,9 +21,9 @@ const MOST_SOLVES: usize = 12;
 /// parallel for the Rayleigh–Ritz step to tell them apart (their Gram matrix has the square of it).
 const MOST_SPREAD: f64 = 1e6;
 
-/// Amplification per solve of rounding errors along the null space, (λ_cut + σ) / σ, from which they
-/// are projected out after every solve rather than once at the end.
-const NULL_GROWTH: f64 = 100.0;
+/// Amplification of rounding errors along the null space, p(0), from which they are projected out
+/// after every solve rather than once at the end, where they would hide the columns.
+const NULL_GAIN: f64 = 1e6;
 
 /// A filter of degree d = `solves`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,22 +77,24 @@ impl Filter {
     /// x ← p(L) x up to a factor, and z with x = M⁻¹ z.
     pub(super) fn apply(&self, op: &ShiftInvert<'_>, x: &mut RowBlock, z: &mut RowBlock) {
         let degree = self.solves - 1;
+        let projects = self.gain(0.0) > NULL_GAIN;
         for i in 0..degree {
             let angle = (2 * i + 1) as f64 / (2 * degree) as f64;
             let root = (1.0 + (std::f64::consts::PI * angle).cos()) / 2.0;
             z.copy_from(x);
-            self.solve(op, x);
+            solve(op, x, projects);
             subtract(x, self.edge, root, z, op.threads());
         }
         z.copy_from(x);
-        self.solve(op, x);
+        solve(op, x, projects);
     }
+}
 
-    fn solve(&self, op: &ShiftInvert<'_>, x: &mut RowBlock) {
-        op.solve(x);
-        if self.edge > NULL_GROWTH * self.sigma {
-            op.project(x);
-        }
+/// x ← M⁻¹ x, off the null space if it `projects`.
+fn solve(op: &ShiftInvert<'_>, x: &mut RowBlock, projects: bool) {
+    op.solve(x);
+    if projects {
+        op.project(x);
     }
 }
 

@@ -25,6 +25,9 @@ use rand_chacha::ChaCha8Rng;
 /// Least number of guard columns beside the wanted ones; one in eight if that is more.
 const GUARDS: usize = 4;
 
+/// Graphs up to this size are decomposed whole where the search gave up.
+const RESCUE_LIMIT: usize = 1500;
+
 /// Entries of a factor beyond which the search goes on without one (4 GB).
 const MOST_FILL: f64 = 5e8;
 
@@ -156,7 +159,8 @@ impl LowSpectrum {
         let (pairs, cold_start) = if dense {
             (self.solve_dense(&laplacian, k)?, nothing_known)
         } else {
-            self.solve_sparse(&laplacian, k, &mut rng)?
+            let (pairs, cold_start) = self.solve_sparse(&laplacian, k, &mut rng)?;
+            (self.rescued(pairs, &laplacian)?, cold_start)
         };
         self.refreshes += 1;
         let refresh = SpectrumRefresh {
@@ -168,6 +172,24 @@ impl LowSpectrum {
         };
         self.pairs = Some(pairs);
         Ok(refresh)
+    }
+
+    /// The dense route where the sparse one has failed and a decomposition is still cheap: k cuts an
+    /// eigenspace of more dimensions than the block has columns, on a graph of many symmetries.
+    fn rescued(
+        &mut self,
+        pairs: Eigenpairs,
+        laplacian: &Laplacian<'_>,
+    ) -> Result<Eigenpairs, SpectralError> {
+        let k = pairs.values.len();
+        if laplacian.dim() > RESCUE_LIMIT || pairs.convergence.converged == k {
+            return Ok(pairs);
+        }
+        let mut exact = self.solve_dense(laplacian, k)?;
+        exact.convergence.applications += pairs.convergence.applications;
+        exact.convergence.solves = pairs.convergence.solves;
+        exact.convergence.restarts = pairs.convergence.restarts;
+        Ok(exact)
     }
 
     fn solve_dense(

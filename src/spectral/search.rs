@@ -83,7 +83,8 @@ impl Search<'_> {
             certified: None,
             repaired: 0,
         };
-        if self.params.certify {
+        // Of a component that is new the warm start holds one random combination at most.
+        if self.params.certify || self.null_space.dim() > 1 {
             self.certify(&mut found, factor, (x, z), sigma, rng)?;
         }
         Ok(found)
