@@ -11,7 +11,7 @@ const WIDTH: u32 = 20;
 fn add_row(graph: &mut Adjacency) {
     for _ in 0..WIDTH {
         let node = graph.add_node();
-        if node % WIDTH > 0 {
+        if !node.is_multiple_of(WIDTH) {
             graph.add_edge(node - 1, node, 1.0);
         }
         if node >= WIDTH {

@@ -90,7 +90,9 @@ fn the_pipeline_alone_shapes_as_it_does_inside_the_engine() {
     };
     let pipeline = ShapingPipeline::new(&params, 4, None, 5);
     let mut engine = Engine::new(open(7), pipeline, recorder);
-    (0..15).for_each(|_| drop(engine.run_episode(|_, _| ()).unwrap()));
+    for _ in 0..15 {
+        engine.run_episode(|_, _| ()).unwrap();
+    }
 
     let mut alone = ShapingPipeline::new(&params, 4, None, 5);
     let mut world = open(7);

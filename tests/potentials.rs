@@ -178,10 +178,18 @@ impl World {
     }
 }
 
+/// Parameters under which φ ranges over twice the eccentricity.
+fn twice() -> ShapingParams {
+    ShapingParams {
+        scale_factor: 2.0,
+        ..Default::default()
+    }
+}
+
 fn build(kind: PotentialKind) -> Box<dyn PotentialModel> {
     let shaping = ShapingParams {
         potential: kind,
-        ..Default::default()
+        ..twice()
     };
     build_potential(&shaping, &GcnParams::default(), 1)
 }
@@ -196,7 +204,7 @@ fn on_graph(
     goals: &[StateId],
     kind: PotentialKind,
 ) -> Result<PotentialFit, ShapingError> {
-    on_graph_with(adjacency, goals, kind, &ShapingParams::default())
+    on_graph_with(adjacency, goals, kind, &twice())
 }
 
 fn on_graph_with(

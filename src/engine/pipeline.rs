@@ -29,9 +29,10 @@ use crate::spectral::{ProtoValueFunctions, SpectralParams};
 use faer::{Mat, MatRef};
 use std::hash::Hash;
 use std::time::Instant;
+use tracing::trace_span;
 
 /// Parameters of every part of the pipeline.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct PipelineParams {
     /// Eigenpairs.
     pub spectral: SpectralParams,
@@ -47,6 +48,21 @@ pub struct PipelineParams {
     pub schedule: ScheduleParams,
     /// The discount that the agent learns with.
     pub gamma: f64,
+}
+
+impl Default for PipelineParams {
+    /// The defaults of every part, and γ = 1 as in the source report.
+    fn default() -> Self {
+        Self {
+            spectral: SpectralParams::default(),
+            deepwalk: DeepWalkParams::default(),
+            gcn: GcnParams::default(),
+            shaping: ShapingParams::default(),
+            exploration: ExplorationParams::default(),
+            schedule: ScheduleParams::default(),
+            gamma: 1.0,
+        }
+    }
 }
 
 /// Why the pipeline could not go on.
@@ -394,6 +410,8 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             fit_seconds: 0.0,
         };
         if features_due {
+            let _span =
+                trace_span!("spectrum_refresh", step = self.step, nodes = now.nodes).entered();
             let begin = Instant::now();
             let refresh = self.features.refresh(&adjacency)?;
             record.spectrum = refresh.spectrum;
@@ -402,6 +420,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             self.schedule.spectrum_refreshed(now);
         }
         if fit_due {
+            let _span = trace_span!("gcn_fit", step = self.step, nodes = now.nodes).entered();
             let begin = Instant::now();
             self.fit(&adjacency, &mut record)?;
             record.fit_seconds = begin.elapsed().as_secs_f64();

@@ -453,11 +453,9 @@ mod tests {
                 ..Default::default()
             };
             let kept = (-no_epochs.temperature).exp();
+            let scale_factor = no_epochs.scale_factor;
             let untrained = potential(no_epochs).fit_site(site).unwrap().values;
-            let mut heat = super::super::heat::HeatPotential {
-                kept,
-                scale_factor: 2.0,
-            };
+            let mut heat = super::super::heat::HeatPotential { kept, scale_factor };
             let heat = heat.fit_site(site).unwrap().values;
             for (a, b) in untrained.iter().zip(&heat) {
                 assert!((a - b).abs() < 1e-6, "{a} against {b}");

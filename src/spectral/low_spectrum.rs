@@ -25,8 +25,9 @@ use rand_chacha::ChaCha8Rng;
 /// Least number of guard columns beside the wanted ones; one in eight if that is more.
 const GUARDS: usize = 4;
 
-/// Graphs up to this size are decomposed whole where the search gave up.
-const RESCUE_LIMIT: usize = 1500;
+/// Graphs up to this size are always proven complete by an inertia count, which costs a millisecond there, and are
+/// decomposed whole where the proof fails.
+pub(super) const PROOF_LIMIT: usize = 1500;
 
 /// Entries of a factor beyond which the search goes on without one (4 GB).
 const MOST_FILL: f64 = 5e8;
@@ -160,7 +161,11 @@ impl LowSpectrum {
             (self.solve_dense(&laplacian, k)?, nothing_known)
         } else {
             let (pairs, cold_start) = self.solve_sparse(&laplacian, k, &mut rng)?;
-            (self.rescued(pairs, &laplacian)?, cold_start)
+            let mut pairs = self.rescued(pairs, &laplacian)?;
+            if !self.params.certify {
+                pairs.convergence.certified = None;
+            }
+            (pairs, cold_start)
         };
         self.refreshes += 1;
         let refresh = SpectrumRefresh {
@@ -174,15 +179,16 @@ impl LowSpectrum {
         Ok(refresh)
     }
 
-    /// The dense route where the sparse one has failed and a decomposition is still cheap: k cuts an
-    /// eigenspace of more dimensions than the block has columns, on a graph of many symmetries.
+    /// The dense route where the sparse one has failed, or cannot prove that it has not, and a decomposition is still
+    /// cheap: k cuts an eigenspace of more dimensions than the block has columns, on a graph of many symmetries.
     fn rescued(
         &mut self,
         pairs: Eigenpairs,
         laplacian: &Laplacian<'_>,
     ) -> Result<Eigenpairs, SpectralError> {
         let k = pairs.values.len();
-        if laplacian.dim() > RESCUE_LIMIT || pairs.convergence.converged == k {
+        let proven = pairs.convergence.certified == Some(true);
+        if laplacian.dim() > PROOF_LIMIT || (proven && pairs.convergence.converged == k) {
             return Ok(pairs);
         }
         let mut exact = self.solve_dense(laplacian, k)?;
@@ -234,7 +240,7 @@ impl LowSpectrum {
         if nulls >= k {
             let cold = self.remembered.is_none();
             let mut pairs = null_pairs(&order, &null_space, k);
-            pairs.convergence.certified = self.params.certify.then_some(true);
+            pairs.convergence.certified = Some(true);
             let entry = |i, j| pairs.vectors[(i, j)];
             self.remember(laplacian, &pairs.values, k, None, entry);
             self.order = Some(order);

@@ -5,6 +5,7 @@ use super::certify::count_missing;
 use super::elimination::EliminationOrder;
 use super::factor::CholeskyFactor;
 use super::lanczos::{BlockLanczos, Wanted};
+use super::low_spectrum::PROOF_LIMIT;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
 use super::shift_invert::ShiftInvert;
@@ -84,7 +85,8 @@ impl Search<'_> {
             repaired: 0,
         };
         // Of a component that is new the warm start holds one random combination at most.
-        if self.params.certify || self.null_space.dim() > 1 {
+        let is_small = self.laplacian.dim() <= PROOF_LIMIT;
+        if self.params.certify || self.null_space.dim() > 1 || is_small {
             self.certify(&mut found, factor, (x, z), sigma, rng)?;
         }
         Ok(found)
