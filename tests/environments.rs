@@ -894,3 +894,9 @@ fn parameters_read_from_toml() {
     assert_eq!(table.rewards, BTreeMap::from([('1', 5.0), ('2', -1.0)]));
     assert_eq!(table.at, Landmark::Center.into());
 }
+
+#[test]
+fn a_map_beyond_all_memory_is_an_error() {
+    let error = Layout::open(20_000, 20_000).unwrap_err();
+    assert!(matches!(error, EnvError::MapTooLarge { .. }), "{error}");
+}

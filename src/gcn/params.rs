@@ -33,6 +33,9 @@ impl Default for GcnParams {
     }
 }
 
+/// More hidden units than this are a slip of the pen.
+const MAX_HIDDEN: usize = 65_536;
+
 impl GcnParams {
     /// Checks every key.
     ///
@@ -43,6 +46,12 @@ impl GcnParams {
             self.hidden_dim >= 1,
             "hidden_dim",
             "at least 1",
+            self.hidden_dim as f64,
+        )?;
+        rule(
+            self.hidden_dim <= MAX_HIDDEN,
+            "hidden_dim",
+            "at most 65536",
             self.hidden_dim as f64,
         )?;
         rule(
@@ -91,6 +100,13 @@ mod tests {
                 ..default()
             }),
             "gcn.hidden_dim must be at least 1, it is 0"
+        );
+        assert_eq!(
+            message(GcnParams {
+                hidden_dim: 65_537,
+                ..default()
+            }),
+            "gcn.hidden_dim must be at most 65536, it is 65537"
         );
         for learning_rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(
