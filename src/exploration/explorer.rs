@@ -347,6 +347,18 @@ impl Explorer {
         if self.stochastic {
             self.add_doubt(graph, state, potential, weight, advice);
         }
+        self.advise_untried(graph, state, advice);
+    }
+
+    /// Where no known action leads uphill, the way up must be one that was never tried.
+    fn advise_untried(&self, graph: &TransitionGraph, state: StateId, advice: &mut [f64]) {
+        if advice.iter().all(|&logit| logit <= 0.0) {
+            for (i, logit) in advice.iter_mut().enumerate() {
+                if graph.tries(state, Action(i as u16)) == 0 {
+                    *logit = self.params.frontier_advice;
+                }
+            }
+        }
     }
 
     /// Outcomes not seen that count beside those seen: where actions slip, one bad try must not rule an action out.
