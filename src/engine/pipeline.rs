@@ -450,6 +450,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
                 .into_iter()
                 .map(|(state, handicap)| Destination { state, handicap })
                 .collect();
+            explorer.set_goals_pay(self.book.pays());
             explorer.set_destinations(self.graph.transitions(), &destinations);
             self.unit = mean_rise(self.table.values(), explorer.eccentricity());
         }
