@@ -6,6 +6,9 @@
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
 //! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
 //!
+//! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
+//! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.
+//!
 //! **When the last goal is lost** (it was entered and the episode went on), the first quest begins again, and known
 //! states that were not entered since then are as good a place to look as untried actions: the goal may have moved
 //! to any of them.
