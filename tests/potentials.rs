@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 const DEPENDABLE: [PotentialKind; 3] =
     [PotentialKind::Gcn, PotentialKind::Heat, PotentialKind::Hops];
 
-/// φ is computed to a Bellman residual of 1e-8 nats and scaled by less than 1e3.
+/// φ is computed to a Bellman residual of 1e-5 nats, and a residual that is the same everywhere scales out.
 const TOL: f64 = 1e-5;
 
 // ---- maps -------------------------------------------------------------------------------------------------------
