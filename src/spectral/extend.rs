@@ -9,15 +9,15 @@ use super::block::RowBlock;
 use super::elimination::EliminationOrder;
 use super::{Laplacian, SymmetricOperator};
 
-/// Overwrites the rows of the nodes from `old` on, `x` being in elimination order and holding the
-/// nodes before them. Cost: O(width · edges of new nodes).
+/// Overwrites the first `columns` entries in the rows of the nodes from `old` on, `x` being in
+/// elimination order and holding the nodes before them. Cost: O(columns · edges of new nodes).
 pub(super) fn extend(
     laplacian: &Laplacian<'_>,
     order: &EliminationOrder,
-    old: usize,
+    (old, columns): (usize, usize),
     x: &mut RowBlock,
 ) {
-    let mut mean = vec![0.0; x.width()];
+    let mut mean = vec![0.0; columns];
     for i in old..laplacian.dim() {
         let (neighbors, weights) = laplacian.row(i);
         let mut total = 0.0;
@@ -38,7 +38,8 @@ pub(super) fn extend(
         } else {
             0.0
         };
-        for (v, m) in x.row_mut(order.position[i] as usize).iter_mut().zip(&mean) {
+        let row = x.row_mut(order.position[i] as usize);
+        for (v, m) in row.iter_mut().zip(&mean) {
             *v = factor * m;
         }
     }
@@ -68,7 +69,7 @@ mod tests {
             for (u, y) in [(0, 4.0), (1, 8.0), (4, 99.0)] {
                 x.row_mut(at(u)).fill(y * laplacian.scale(u));
             }
-            extend(&laplacian, &order, 2, &mut x);
+            extend(&laplacian, &order, (2, 8), &mut x);
             for (u, expected) in [(2, 7.0), (3, 7.0), (4, 0.0), (5, 0.0)] {
                 let y = x.row(at(u))[7] / laplacian.scale(u);
                 assert!((y - expected).abs() < 1e-14, "node {u}: {y}");

@@ -12,6 +12,13 @@ use faer::{Mat, MatRef};
 /// Reduction of residuals expected of a first update: what a growth of some per cent needs.
 const FIRST_GAIN: f64 = 30.0;
 
+/// Part of the usual reduction that the first filter aims at. Needs differ tenfold from one update to
+/// the next: a short second filter now and then costs less than a long first one every time.
+const AIM: f64 = 0.25;
+
+/// Eigenvalues closer than this, relative to their size, count as equal.
+const ONE_CLUSTER: f64 = 1e-3;
+
 /// The vectors of an update.
 #[derive(Clone, Debug)]
 pub(super) struct Kept {
@@ -22,7 +29,7 @@ pub(super) struct Kept {
     pub(super) null_space: NullSpace,
     /// Row of each node.
     pub(super) position: Vec<u32>,
-    /// Reduction of residuals that updates have needed.
+    /// Reduction of residuals that updates have needed: a geometric mean, the last one for half.
     pub(super) gain: f64,
 }
 
@@ -75,6 +82,19 @@ impl Kept {
         self.values.len()
     }
 
+    /// Columns for `wanted` pairs: `usual`, or as many as were found necessary last time because more
+    /// equal eigenvalues than that follow the last one wanted.
+    pub(super) fn width(&self, wanted: usize, usual: usize) -> usize {
+        let first_missed = self.values.get(usual.max(wanted) - 1);
+        let last = self.values[wanted - 1];
+        let is_one_cluster = first_missed.is_some_and(|v| v - last <= ONE_CLUSTER * last);
+        if is_one_cluster {
+            self.block.width().max(usual)
+        } else {
+            usual
+        }
+    }
+
     /// Guesses for a graph that has grown to `nodes`: low eigenvalues fall about as 1 / n.
     pub(super) fn plan(&self, nodes: usize, wanted: usize, width: usize) -> Plan {
         let shrink = self.nodes() as f64 / nodes as f64;
@@ -84,7 +104,7 @@ impl Kept {
             cut: at(width - 2).max(1.02 * at(wanted - 1)),
             wanted: at(wanted - 1),
             lowest: if several { 0.0 } else { at(0) },
-            gain: self.gain,
+            gain: AIM * self.gain,
         }
     }
 

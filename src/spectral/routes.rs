@@ -104,22 +104,28 @@ impl LowSpectrum {
         warm: bool,
         rng: &mut ChaCha8Rng,
     ) -> Result<Solved, SpectralError> {
+        let wanted = problem.wanted();
+        let width = block_width(wanted);
+        let kept = self.kept.take().filter(|_| warm);
         let search = Search {
             laplacian: problem.laplacian,
             order: problem.order,
             null_space: problem.null_space,
             permuted: &self.workspace.permuted,
             params: &self.params,
-            wanted: problem.wanted(),
-            width: block_width(problem.wanted()),
+            wanted,
+            width: kept
+                .as_ref()
+                .map_or(width, |kept| kept.width(wanted, width)),
         };
         let mut x = std::mem::take(&mut self.workspace.block);
-        let kept = self.kept.take().filter(|_| warm);
+        let usual = kept.as_ref().map(|kept| kept.gain);
         let (found, spare) = search.run(kept, &mut factor, &mut x, rng)?;
         self.workspace.factor = factor.into_buffers();
         self.workspace.block = spare;
         let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
-        let gain = Some(found.outcome.gain_needed);
+        let needed = found.outcome.gain_needed;
+        let gain = Some((needed * usual.unwrap_or(needed)).sqrt());
         let null_space = problem.null_space.clone();
         self.kept = Some(Kept::new(
             x,

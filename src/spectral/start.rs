@@ -7,7 +7,7 @@ use super::kept::Kept;
 use super::null_space::NullSpace;
 use super::rayleigh_ritz::gram;
 use super::simd;
-use super::subspace::randomize;
+use super::subspace::noise;
 use super::{Laplacian, SymmetricOperator};
 use rand_chacha::ChaCha8Rng;
 
@@ -42,27 +42,35 @@ pub(super) fn start_block(
         columns.remove(0);
     } else {
         x.reshape(grown.laplacian.dim(), count.next_multiple_of(LANES));
-        gather(kept, grown, &columns, x);
+        gather(kept, grown, &columns, &[], x);
         grown.null_space.project_out(x, grown.threads);
         columns = independent_columns(x, count, grown.threads);
     }
     columns.truncate(width - 1);
     x.reshape(grown.laplacian.dim(), width);
-    gather(kept, grown, &columns, x);
-    randomize(x, columns.len(), rng);
+    let noise = noise(grown.laplacian.dim(), width - columns.len(), rng);
+    gather(kept, grown, &columns, &noise, x);
     grown.null_space.project_out(x, grown.threads);
 }
 
 /// The chosen columns (null vectors first, then Ritz vectors) as functions on nodes, scaled for the
-/// new degrees; zero in further columns of `x`.
-fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], x: &mut RowBlock) {
+/// new degrees; behind them `noise`, row by row, or zeros.
+fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], noise: &[f64], x: &mut RowBlock) {
     let nulls = kept.null_space.dim();
     let (null_columns, ritz_columns) = columns.split_at(columns.partition_point(|&c| c < nulls));
-    let (scales, owners) = (kept.null_space.scales(), kept.null_space.owners());
+    let scales = kept.null_space.scales();
+    let owners = if null_columns.is_empty() {
+        Vec::new()
+    } else {
+        kept.null_space.owners()
+    };
     let width = x.width();
+    let fresh = noise.len() / x.rows();
     simd::for_each_stretch_mut(x.as_mut_slice(), width, grown.threads, |rows, x| {
-        for (row, &u) in x.chunks_exact_mut(width).zip(&grown.order.node[rows]) {
+        let nodes = &grown.order.node[rows.clone()];
+        for ((row, &u), i) in x.chunks_exact_mut(width).zip(nodes).zip(rows) {
             row.fill(0.0);
+            row[width - fresh..].copy_from_slice(&noise[i * fresh..(i + 1) * fresh]);
             let Some(&from) = kept.position.get(u as usize) else {
                 continue;
             };
@@ -83,7 +91,12 @@ fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], x: &mut RowBlock) {
             }
         }
     });
-    extend(grown.laplacian, grown.order, kept.nodes(), x);
+    extend(
+        grown.laplacian,
+        grown.order,
+        (kept.nodes(), columns.len()),
+        x,
+    );
 }
 
 /// Which of the first `count` columns, of about unit norm before projection, still add something to
