@@ -43,7 +43,7 @@ const ARMS: &str = "
 #[arms.steep]
 #base = \"gcn\"
 #about = \"a potential twice as steep\"
-#\"shaping.scale_factor\" = 4.0
+#\"shaping.scale_factor\" = 8.0
 ";
 
 /// The first example that the schema gives for a property, as TOML on one line.
