@@ -58,6 +58,8 @@ pub struct Displacements {
     tests: Vec<u32>,
     undone: Vec<u32>,
     inverse: Vec<Option<Action>>,
+    /// Whether the action has ever led to another state.
+    moved: Vec<bool>,
     directions: Vec<Direction>,
     num_axes: usize,
     /// How each state was first entered, in order of discovery; `None` for starts.
@@ -87,6 +89,7 @@ impl Displacements {
             tests: vec![0; num_actions * num_actions],
             undone: vec![0; num_actions * num_actions],
             inverse: vec![None; num_actions],
+            moved: vec![false; num_actions],
             directions,
             num_axes: num_actions,
             entry: Vec::new(),
@@ -137,6 +140,7 @@ impl Displacements {
             self.expect_slips();
         }
         if to != from {
+            self.moved[action.index()] = true;
             self.test_undoing(graph, from, action, to);
         }
     }
@@ -170,20 +174,20 @@ impl Displacements {
     }
 
     /// A lower bound on the steps from the place where `action` leads from `from` to `goal`; 0 while positions
-    /// are not trusted. Actions of which no inverse is known do not count: theirs may be a sum of the others.
+    /// are not trusted, or while an action is without its inverse: it might be the one that leads back along
+    /// another's axis.
     pub fn lower_bound(&mut self, from: StateId, action: Action, goal: StateId) -> u32 {
         let known = self.entry.len();
-        if !self.trusted() || from.index() >= known || goal.index() >= known {
+        let placed = from.index() < known && goal.index() < known;
+        if !placed || !self.trusted() || !self.is_paired(action) {
             return 0;
         }
         self.load_target(from, action);
         let goal = &self.positions[goal.index() * self.num_axes..][..self.num_axes];
-        let paired = self
-            .directions
+        self.scratch
             .iter()
-            .filter(|direction| direction.sign < 0);
-        paired
-            .map(|direction| self.scratch[direction.axis].abs_diff(goal[direction.axis]))
+            .zip(goal)
+            .map(|(a, b)| a.abs_diff(*b))
             .sum()
     }
 
@@ -203,6 +207,13 @@ impl Displacements {
             }
         }
         sides
+    }
+
+    /// Whether `action`, and every action that has ever moved, has a known inverse.
+    fn is_paired(&self, action: Action) -> bool {
+        let mut actions = self.inverse.iter().zip(&self.moved);
+        self.inverse[action.index()].is_some()
+            && actions.all(|(inverse, &moved)| inverse.is_some() || !moved)
     }
 
     /// Puts the position to which `action` leads from `from` into `scratch`.
