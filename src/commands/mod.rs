@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod figures;
+mod gallery;
 mod info;
 mod potential;
 mod progress;

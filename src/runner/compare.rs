@@ -6,8 +6,10 @@
 //!   scenario.toml   the scenario as it was given
 //!   arms/gcn/       resolved.toml, and seed-1000.json as soon as that seed has ended
 //!   tuning/…        the same for the step sizes tried for the sparse arm
+//!   arms/gcn/seed-1000/   graph, policy and snapshots of the first seed
 //!   compare.json    the numbers; what a clock said stands in `timing`
 //!   compare.csv     a row for each arm and seed, without a clock;  timings.csv  the same with one
+//!   report.html     all of it to look at
 //! ```
 //!
 //! A trial that has ended is never run again in the same folder, as long as its arm's resolved scenario is the same:
@@ -19,10 +21,10 @@ use super::error::RunnerError;
 use super::files::{write_atomically, write_json};
 use super::folder::{Existing, FolderKind, RunFolder, seed_folder_name};
 use super::summarise::{regret_interval, summarise, timing};
-use super::trial::run_trial;
+use super::trial::{TrialOutcome, run_trial};
 use super::tuning::{StepSizes, tuning_folder, tuning_seeds, tuning_trials};
 use crate::error::Error;
-use crate::report::{Comparison, TrialResult, TrialTiming, Tuning, TuningEntry};
+use crate::report::{Comparison, Course, TrialResult, TrialTiming, Tuning, TuningEntry};
 use crate::scenario::Loaded;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -66,6 +68,8 @@ pub struct Trial {
     pub hash: String,
     /// What came of it.
     pub result: TrialResult,
+    /// How it went.
+    pub course: Course,
     /// What the clock said.
     pub timing: TrialTiming,
 }
@@ -253,12 +257,21 @@ impl Field<'_> {
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
         }
-        let Some((result, timing)) = run_trial(&arm.scenario, seed, self.watch.stop)? else {
+        let first = seed == self.request.seeds[0];
+        let keep = first.then(|| folder.join(seed_folder_name(seed)));
+        let outcome = run_trial(&arm.scenario, seed, keep.as_deref(), self.watch.stop)?;
+        let Some(TrialOutcome {
+            result,
+            course,
+            timing,
+        }) = outcome
+        else {
             return Ok(None);
         };
         let trial = Trial {
             hash: hash.to_owned(),
             result,
+            course,
             timing,
         };
         write_json(&path, &trial).map_err(RunnerError::write(&path))?;
@@ -269,15 +282,15 @@ impl Field<'_> {
     /// Writes what is compared.
     fn begin(&self, arms: &[Arm]) -> Result<(), RunnerError> {
         let path = self.folder.join("arms.json");
-        let about = About {
-            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")),
-            scenario: &self.loaded.scenario.name,
-            arguments: &self.request.arguments,
-            seeds: &self.request.seeds,
+        let about = Compared {
+            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scenario: self.loaded.scenario.name.clone(),
+            arguments: self.request.arguments.clone(),
+            seeds: self.request.seeds.clone(),
             tuned: self.request.tuned,
             arms: arms
                 .iter()
-                .map(|arm| (arm.name.as_str(), arm.settings.as_slice()))
+                .map(|arm| (arm.name.clone(), arm.settings.clone()))
                 .collect(),
             started: jiff::Timestamp::now().to_string(),
         };
@@ -315,16 +328,23 @@ struct Tuned {
     seeds: Vec<u64>,
 }
 
-/// `arms.json`
-#[derive(Serialize)]
-struct About<'a> {
-    program: &'a str,
-    scenario: &'a str,
-    arguments: &'a [String],
-    seeds: &'a [u64],
-    tuned: bool,
-    arms: std::collections::BTreeMap<&'a str, &'a [String]>,
-    started: String,
+/// `arms.json`: what is compared, and who asked for it when.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compared {
+    /// Program and version.
+    pub program: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The command line.
+    pub arguments: Vec<String>,
+    /// Master seeds.
+    pub seeds: Vec<u64>,
+    /// Whether the sparse arm was tuned for the world.
+    pub tuned: bool,
+    /// Settings of each arm.
+    pub arms: std::collections::BTreeMap<String, Vec<String>>,
+    /// When it began.
+    pub started: String,
 }
 
 /// A row of `compare.csv`.

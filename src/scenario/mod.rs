@@ -30,7 +30,7 @@ pub use document::Document;
 pub use env::{EnvKind, EnvParams, GoalSpec};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
 pub use place::{MaxSteps, Place};
-pub use shipped::{Shipped, shipped};
+pub use shipped::{Shipped, report_scenarios, shipped};
 pub use template::template;
 pub use world::World;
 
