@@ -88,7 +88,7 @@ pub enum Command {
     Compare(Compare),
     /// Check a scenario without running it and print what it amounts to
     Check(Check),
-    /// Draw a scenario's map, or the potential that a run has learnt on it
+    /// Draw a scenario's map, or the potential and the policy that a run has learnt on it
     Show(Show),
     /// Keep the lowest Laplacian eigenvectors of any growing graph up to date, no learning involved
     Track(Track),
@@ -214,6 +214,12 @@ pub struct Show {
     /// Show the potential of this run folder (or of one seed folder in it)
     #[arg(long, value_name = "RUN")]
     pub potential: Option<PathBuf>,
+    /// Show the greedy policy of this run folder (or of one seed folder in it)
+    #[arg(long, value_name = "RUN")]
+    pub policy: Option<PathBuf>,
+    /// Fit the map into N characters [default: the terminal's width; the whole map elsewhere]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    pub width: Option<usize>,
     /// Draw with ASCII characters only
     #[arg(long)]
     pub ascii: bool,

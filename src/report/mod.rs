@@ -1,5 +1,6 @@
 //! Results as people and programs read them.
 
+mod ansi;
 pub mod band;
 mod blocks;
 mod color;
@@ -15,6 +16,7 @@ mod summary;
 mod terminal;
 mod validity;
 
+pub use ansi::Ink;
 pub use blocks::blocks;
 pub use comparison::{
     ArmSummary, ArmTiming, Arrival, Comparison, Course, IqmInterval, MedianInterval, Moments,
@@ -22,7 +24,7 @@ pub use comparison::{
 };
 pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
-pub use map::{Charset, draw_map, draw_values};
+pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
 pub use page::{html_comparison, html_report, report_data};
 pub use recorded::{EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use recorded_comparison::{RecordedArm, RecordedComparison};

@@ -177,7 +177,10 @@ impl RecordedSeed {
     }
 
     /// Reads what stands on maps: states, snapshots, policy and graph.
-    pub(super) fn read_sights(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
+    ///
+    /// # Errors
+    /// If `folder` does not hold a finished seed.
+    pub fn read_sights(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
         let labels: Vec<csv::StringRecord> = rows(folder, "states.csv", |reader| {
             reader.records().collect::<Result<_, _>>()
         })?;
