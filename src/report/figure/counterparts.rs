@@ -66,16 +66,11 @@ fn fig4(run: &RecordedRun) -> Figure {
     let (layout, seed) = (layout(run), &run.seeds[0]);
     let last = seed.snapshots.last().map_or((0, 0), |s| (s.nodes, s.edges));
     let mut drawing = Drawing::default();
-    drawing.graph_panel(
-        &layout,
-        frame(0),
-        "The grid as a graph, as a random walk drew it",
-        seed,
-    );
+    drawing.graph_panel(&layout, frame(0), "The grid as a graph", seed);
     figure(
         4,
         format!(
-            "The {} x {} grid as a graph: {} states, {} edges. Blue: start, vermilion: goal.",
+            "The {} × {} grid as a random walk has drawn it: {} states, {} edges. Blue: start, vermilion: goal.",
             layout.rows(),
             layout.cols(),
             last.0,
@@ -93,7 +88,7 @@ fn fig5(run: &RecordedRun) -> Figure {
     drawing.map_panel(
         &layout,
         frame(0),
-        "(a) Reward on arrival",
+        "(a) Reward of a step from here (eq. 2)",
         &rewards(&layout, seed),
     );
     drawing.map_panel(
@@ -104,7 +99,7 @@ fn fig5(run: &RecordedRun) -> Figure {
     );
     figure(
         5,
-        "The sparse reward says where the goal is to the states beside it alone; the potential tells every state."
+        "The sparse reward is the same everywhere but at the goal; the potential tells every state where the goal is."
             .to_owned(),
         &["fig5_reward"],
         drawing,
@@ -117,7 +112,7 @@ fn fig6(small: &RecordedRun, large: &RecordedRun) -> Figure {
     for (i, (run, letter)) in [(small, "a"), (large, "b")].into_iter().enumerate() {
         let layout = layout(run);
         let title = format!(
-            "({letter}) Potential φ, {} x {}",
+            "({letter}) Potential φ, {} × {}",
             layout.rows(),
             layout.cols()
         );
@@ -272,14 +267,18 @@ fn potential(layout: &Layout, seed: &RecordedSeed) -> HashMap<Cell, f64> {
         .collect()
 }
 
-/// Mean reward of the steps that led into each cell.
+/// Mean reward of the steps from each cell; 0 where episodes end, because nothing is paid there.
 fn rewards(layout: &Layout, seed: &RecordedSeed) -> HashMap<Cell, f64> {
     let cells = places(layout, seed);
     let mut sums: HashMap<Cell, (f64, f64)> = HashMap::new();
     for row in &seed.graph {
-        if let Some(cell) = cells.get(row.to as usize).copied().flatten() {
+        let place = |state: u32| cells.get(state as usize).copied().flatten();
+        if let Some(cell) = place(row.from) {
             let sum = sums.entry(cell).or_default();
             *sum = (sum.0 + row.reward_sum, sum.1 + f64::from(row.count));
+        }
+        if let Some(end) = place(row.to).filter(|_| row.terminal) {
+            sums.insert(end, (0.0, 1.0));
         }
     }
     let mean = |(cell, (sum, count)): (Cell, (f64, f64))| (cell, sum / count);

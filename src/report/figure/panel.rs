@@ -8,7 +8,7 @@ use crate::report::band::Band;
 use crate::report::color::viridis;
 use crate::report::recorded::RecordedSeed;
 use crate::report::validity::cell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 
 /// Steps of a colour bar.
@@ -81,8 +81,12 @@ impl Drawing {
         let places = places(layout, seed);
         let place = |state: u32| places.get(state as usize).copied().flatten();
         self.text(frame.x, frame.y - 14.0, Anchor::Start, "h", title);
-        for row in seed.graph.iter().filter(|row| row.from < row.to) {
-            if let (Some(from), Some(to)) = (place(row.from), place(row.to)) {
+        let steps = seed.graph.iter().filter(|row| row.from != row.to);
+        let edges: BTreeSet<_> = steps
+            .map(|row| (row.from.min(row.to), row.from.max(row.to)))
+            .collect();
+        for (from, to) in edges {
+            if let (Some(from), Some(to)) = (place(from), place(to)) {
                 self.line(centre(from), centre(to), "edge");
             }
         }

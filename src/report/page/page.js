@@ -115,13 +115,13 @@ function drawMaps() {
   const text = `step ${number(frame.step)}: ${number(frame.nodes)} states, ${number(frame.edges)} edges`;
   byId('moment').value = text;
   byId('time').setAttribute('aria-valuetext', text);
-  const place = sights.map ? 'Pale: not yet discovered.' : 'Placed by the second and third eigenvector.';
+  const place = sights.map ? 'Blank: not yet discovered.' : 'Placed by the second and third eigenvector.';
   mapFigure(parent, 'Potential φ (reward)', sights, unpack(frame.potential), place);
   frame.vectors.forEach((vector, k) => mapFigure(parent, `Eigenvector v${k + 2}, times √n`, sights, unpack(vector),
-    sights.map ? 'Its sign follows the moment before. Pale: not yet in a spectrum.' : 'Its sign follows the moment before.', { signed: true }));
+    sights.map ? 'Its sign follows the moment before. Blank: not yet in a spectrum.' : 'Its sign follows the moment before.', { signed: true }));
   mapFigure(parent, 'Visits in the whole run', sights, unpack(sights.visits), 'log₁₀ of 1 + times that a state was left.');
   if (sights.greedy.length || sights.next.length) mapFigure(parent, 'Greedy policy on φ, at the end', sights, unpack(end.potential),
-    'The action held best; none where nothing was learnt.', { arrows: sights.map ? sights.greedy : sights.next });
+    'The action that the learner itself holds best; none where nothing was learnt.', { arrows: sights.map ? sights.greedy : sights.next });
 }
 
 function drawChecks() {
