@@ -3,13 +3,14 @@
 use super::{BadInput, Ending, print, stdout_ink};
 use crate::cli;
 use anyhow::{Result, bail};
+use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
 use eigentrail::error::Error;
 use eigentrail::report::{
     Charset, Ink, Look, RecordedSeed, draw_map, draw_policy, draw_values, fitting_note, grouped,
 };
 use eigentrail::runner::{is_run, read_potential};
-use eigentrail::scenario::{Scenario, World};
+use eigentrail::scenario::{MovedWorld, Scenario, World};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,17 +28,19 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
     match &world {
         World::Grid(map) => {
             let look = look(args, global);
-            let layout = map.layout();
             if let Some(run) = &args.potential {
-                text += &potential(layout, &folder_on(layout, run)?, look)?;
+                let folder = folder_on(map.layout(), run)?;
+                text += &potential(&last_layout(scenario, map), &folder, look)?;
             }
             if let Some(run) = &args.policy {
-                text += &policy(layout, &folder_on(layout, run)?, look)?;
+                let folder = folder_on(map.layout(), run)?;
+                text += &policy(&last_layout(scenario, map), &folder, look)?;
             }
             if text.is_empty() {
-                text = draw_map(layout, look) + &facts(&world);
+                let moved = moved_map(scenario, look);
+                text = draw_map(map.layout(), look) + &facts(&world) + &moved;
             }
-            text.extend(fitting_note(layout, look).map(|note| note + "\n"));
+            text.extend(fitting_note(map.layout(), look).map(|note| note + "\n"));
         }
         World::Listed(_, names) => {
             if let Some(run) = &args.potential {
@@ -64,6 +67,31 @@ fn look(args: &cli::Show, global: &cli::Global) -> Look {
         },
         ink: stdout_ink(global),
         width: args.width.or_else(super::terminal_width),
+    }
+}
+
+/// The map with the goals that a run ends with, which its potential leads to.
+fn last_layout(scenario: &Scenario, first: &GridWorld) -> Layout {
+    let last = scenario.run.episodes - 1;
+    match scenario.world_in(scenario.run.seed, last) {
+        Ok(World::Grid(map)) => map.layout().clone(),
+        _ => first.layout().clone(),
+    }
+}
+
+/// The map after the goals have moved, if they do.
+fn moved_map(scenario: &Scenario, look: Look) -> String {
+    match scenario.moved_world(scenario.run.seed) {
+        Ok(Some(MovedWorld { after, world })) => match &world {
+            World::Grid(map) => format!(
+                "\nafter {} episodes\n{}{}",
+                grouped(after as u64),
+                draw_map(map.layout(), look),
+                facts(&world)
+            ),
+            World::Listed(..) => String::new(),
+        },
+        _ => String::new(),
     }
 }
 

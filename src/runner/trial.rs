@@ -3,18 +3,19 @@
 //! Nothing is written and nothing logged by the step, so that the long runs of weak arms go at the speed of the loop.
 //! One seed of each arm leaves, at its end, what its page needs to draw φ, the eigenvectors and the policy.
 
-use super::build::build_engine;
+use super::build::{build_engine, move_goals};
 use super::error::RunnerError;
 use super::graph_files::write_graph_files;
+use super::phases::{Phases, Worlds, Yardstick};
 use super::records::write_labels;
 use super::snapshots::Snapshots;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, RefreshRecord};
-use crate::env::{Model, Optimum};
+use crate::env::Model;
 use crate::error::Error;
 use crate::graph::StateId;
 use crate::report::{Arrival, Course, TrialResult, TrialTiming, blocks, final_mean_steps};
-use crate::scenario::{Scenario, World};
+use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,16 +49,15 @@ pub fn run_trial(
     keep: Option<&Path>,
     stop: &AtomicBool,
 ) -> Result<Option<TrialOutcome>, Error> {
-    let world = scenario.world(seed);
-    match world.expect("the scenario was checked when it was loaded") {
-        World::Grid(world) => {
-            let layout = world.layout().clone();
-            run_in(scenario, world, seed, stop, keep, &|cell| {
+    match Worlds::of(scenario, seed) {
+        Worlds::Grid(worlds) => {
+            let layout = worlds.first.layout().clone();
+            run_in(scenario, worlds, seed, stop, keep, &|cell| {
                 let (row, col) = layout.position(*cell);
                 vec![row.to_string(), col.to_string()]
             })
         }
-        World::Listed(world, names) => run_in(scenario, world, seed, stop, keep, &|state| {
+        Worlds::Listed(worlds, names) => run_in(scenario, worlds, seed, stop, keep, &|state| {
             vec![names[state.index()].clone()]
         }),
     }
@@ -68,7 +68,7 @@ type Label<'a, S> = &'a dyn Fn(&S) -> Vec<String>;
 
 fn run_in<E>(
     scenario: &Scenario,
-    world: E,
+    mut worlds: Phases<E>,
     seed: u64,
     stop: &AtomicBool,
     keep: Option<&Path>,
@@ -78,15 +78,19 @@ where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let optimum = world.optimum();
-    let mut engine = build_engine(scenario, world, seed);
+    let episodes = scenario.run.episodes;
+    let yardstick = worlds.yardstick();
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
     let begun = Instant::now();
-    let mut tally = Tally::new(optimum);
+    let mut tally = Tally::new(yardstick, episodes);
     let mut snapshots = keep.map(|_| Snapshots::default());
     let mut timing = TrialTiming::default();
-    for _ in 0..scenario.run.episodes {
+    for episode in 0..episodes {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
+        }
+        if let Some(world) = worlds.take_moved(episode) {
+            move_goals(scenario, &mut engine, world);
         }
         let record = engine.run_episode(|refresh, pipeline| {
             tally.count_refresh(refresh, &mut timing);
@@ -108,11 +112,12 @@ where
     let graph = pipeline.transitions();
     let result = TrialResult {
         seed,
-        episodes: scenario.run.episodes,
+        episodes,
         steps: engine.steps(),
         regret: tally.regret(),
-        optimal_steps: optimum.expected_steps,
-        final_mean_steps: final_mean_steps(&tally.lengths),
+        optimal_steps: yardstick.last(episodes).expected_steps,
+        final_mean_steps: final_mean_steps(yardstick.since_move(&tally.lengths)),
+        goals_moved_after: yardstick.moved_after(episodes),
         first_goal_step: engine.first_goal_step(),
         within_1_5x: tally.within_1_5x.arrival,
         within_1_1x: tally.within_1_1x.arrival,
@@ -147,10 +152,13 @@ fn write_sights<E: Model>(
 
 /// The sums over episodes.
 struct Tally {
-    optimum: Optimum,
+    yardstick: Yardstick,
     lengths: Vec<u32>,
     /// Σ of returns up to each episode.
     returns: Vec<f64>,
+    /// Episodes before the goals moved to where they are at the end of the run, and the steps they took.
+    before_last_goals: usize,
+    moved_at: u64,
     within_1_5x: Approach,
     within_1_1x: Approach,
     spectrum_refreshes: usize,
@@ -158,13 +166,17 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(optimum: Optimum) -> Self {
+    /// Of a run of `episodes`.
+    fn new(yardstick: Yardstick, episodes: usize) -> Self {
+        let steps = yardstick.last(episodes).expected_steps;
         Self {
-            optimum,
+            yardstick,
             lengths: Vec::new(),
             returns: Vec::new(),
-            within_1_5x: Approach::to(1.5 * optimum.expected_steps),
-            within_1_1x: Approach::to(1.1 * optimum.expected_steps),
+            before_last_goals: yardstick.moved_after(episodes).unwrap_or(0),
+            moved_at: 0,
+            within_1_5x: Approach::to(1.5 * steps),
+            within_1_1x: Approach::to(1.1 * steps),
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
@@ -182,13 +194,23 @@ impl Tally {
     fn count_episode(&mut self, length: u64, plain_return: f64, step: u64) {
         self.lengths.push(u32::try_from(length).unwrap_or(u32::MAX));
         self.returns.push(self.total() + plain_return);
-        self.within_1_5x.look(&self.lengths, step);
-        self.within_1_1x.look(&self.lengths, step);
+        self.look(step);
     }
 
-    /// ρ(T) = T R* − Σ R_t (eq. 15).
+    /// Whether the episodes under the goals that the run ends with have come near the optimum.
+    fn look(&mut self, step: u64) {
+        if self.lengths.len() <= self.before_last_goals {
+            self.moved_at = step;
+            return;
+        }
+        let lengths = &self.lengths[self.before_last_goals..];
+        self.within_1_5x.look(lengths, step - self.moved_at);
+        self.within_1_1x.look(lengths, step - self.moved_at);
+    }
+
+    /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.lengths.len() as f64 * self.optimum.expected_return - self.total()
+        self.yardstick.expected_return(self.lengths.len()) - self.total()
     }
 
     fn total(&self) -> f64 {
@@ -198,11 +220,9 @@ impl Tally {
     fn course(&self) -> Course {
         let mut course = Course::default();
         for block in blocks(self.lengths.len(), BLOCKS) {
-            let steps: u64 = self.lengths[block.clone()]
-                .iter()
-                .map(|&l| u64::from(l))
-                .sum();
-            let best = block.end as f64 * self.optimum.expected_return;
+            let lengths = self.lengths[block.clone()].iter();
+            let steps: u64 = lengths.map(|&length| u64::from(length)).sum();
+            let best = self.yardstick.expected_return(block.end);
             course.episodes.push(block.end);
             course.length.push(steps as f64 / block.len() as f64);
             course.regret.push(best - self.returns[block.end - 1]);
@@ -290,5 +310,30 @@ mod tests {
         assert!(folder.path().join("snapshots.json").is_file());
         let stop = AtomicBool::new(true);
         assert!(run_trial(&scenario, 5, None, &stop).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_goal_that_moves_is_measured_by_its_present_place() {
+        let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\ngoals_move_after = 60\n[run]\nepisodes = 100\n";
+        let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+        let scenario = scenario.unwrap().scenario;
+        let go_on = AtomicBool::new(false);
+        let outcome = run_trial(&scenario, 5, None, &go_on).unwrap().unwrap();
+        let result = outcome.result;
+        assert_eq!(result.goals_moved_after, Some(60));
+        assert_eq!(result.optimal_steps, 4.0);
+        assert_eq!(
+            result.regret,
+            result.steps as f64 - (60.0 * 7.0 + 40.0 * 4.0)
+        );
+        let arrival = result
+            .within_1_5x
+            .expect("a field of 20 cells is soon known");
+        assert!(
+            arrival.episodes >= 20 && arrival.episodes <= 40,
+            "{arrival:?}"
+        );
+        assert!(arrival.steps < result.steps - 60 * 7, "{arrival:?}");
+        assert!(result.final_mean_steps < 1.5 * 4.0, "{result:?}");
     }
 }

@@ -9,8 +9,7 @@ use crate::report::comparison_table::{dash, iqm, moments, ratio};
 use crate::report::recorded_comparison::{RecordedArm, RecordedComparison};
 use crate::report::terminal::grouped;
 use crate::report::validity::validity;
-use crate::runner::BASELINE;
-use crate::scenario::World;
+use crate::scenario::{BASELINE, World};
 
 /// The page about a comparison.
 pub(super) fn of_comparison(recorded: &RecordedComparison) -> PageData {
@@ -21,6 +20,11 @@ pub(super) fn of_comparison(recorded: &RecordedComparison) -> PageData {
     let mut notes = vec![
         "Curves show blocks of episodes; maps show the first seed at up to 40 moments.".to_owned(),
     ];
+    if let Some(after) = recorded.numbers.goals_moved_after {
+        notes.push(format!(
+            "The goals moved after {after} episodes: maps, approaches and last episodes are of those since."
+        ));
+    }
     if !arms.iter().any(|arm| arm.name == BASELINE) {
         let regret = iqm(&recorded.numbers.sparse_regret);
         notes.push(format!(
@@ -46,7 +50,8 @@ fn of_arm(
     timing: &ArmTiming,
 ) -> Arm {
     let time = &timing.median;
-    let layout = match arm.scenario.world(recorded.numbers.seeds[0]) {
+    let last = recorded.numbers.episodes.saturating_sub(1);
+    let layout = match arm.scenario.world_in(recorded.numbers.seeds[0], last) {
         Ok(World::Grid(world)) => Some(world.layout().clone()),
         _ => None,
     };

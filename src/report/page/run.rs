@@ -36,7 +36,8 @@ pub(super) fn of_runs(runs: &[RecordedRun]) -> PageData {
 
 fn arm(run: &RecordedRun) -> Arm {
     let seed = &run.seeds[0];
-    let layout = match run.scenario.world(seed.seed) {
+    let last = seed.episodes.len().saturating_sub(1);
+    let layout = match run.scenario.world_in(seed.seed, last) {
         Ok(World::Grid(world)) => Some(world.layout().clone()),
         _ => None,
     };
@@ -117,6 +118,10 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
         ("fits", over(|s| s.gcn_fits as f64)),
     ];
+    if let Some(after) = run.summary.seeds.iter().find_map(|s| s.goals_moved_after) {
+        let note = format!("after {after} episodes; map, optimal and last episodes: since then");
+        facts.insert(2, ("goals moved", note));
+    }
     if !seconds.is_empty() {
         let (mean, ..) = interval(&seconds);
         facts.push(("seconds", format!("{mean:.2}")));
