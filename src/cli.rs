@@ -144,6 +144,9 @@ pub struct Run {
     /// Do not write report.html into the run folder
     #[arg(long)]
     pub no_report: bool,
+    /// Do not write an event file for TensorBoard
+    #[arg(long)]
+    pub no_tensorboard: bool,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,

@@ -12,6 +12,7 @@
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
 //! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
+//! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
 
@@ -30,4 +31,5 @@ pub mod seeds;
 pub mod shaping;
 pub mod spectral;
 pub mod telemetry;
+pub mod tensorboard;
 mod vector_state;

@@ -6,7 +6,7 @@ use crate::cli;
 use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::report::{RunLine, render_run};
-use eigentrail::runner::{self, Existing, RunRequest, Watch};
+use eigentrail::runner::{self, Existing, Outlets, RunRequest, Watch};
 use eigentrail::scenario::Scenario;
 use eigentrail::telemetry::Telemetry;
 use tracing::info;
@@ -29,6 +29,9 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         on_episode: &mut |record| {
             let detail = || format!("{} steps, {} states", record.step, record.nodes);
             progress.reach(record.episode + 1, detail);
+        },
+        outlets: Outlets {
+            tensorboard: !args.no_tensorboard,
         },
     };
     let report = runner::run(&loaded, &request, &mut watch)?;

@@ -15,14 +15,19 @@ const VIRIDIS: [[u8; 3]; 9] = [
 
 /// The colour of `share` in 0..=1, from dark violet to yellow, as `#rrggbb`; NaN counts as 0.
 pub fn viridis(share: f64) -> String {
+    let [red, green, blue] = viridis_rgb(share);
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// The same as red, green and blue.
+pub fn viridis_rgb(share: f64) -> [u8; 3] {
     let place = if share > 0.0 { share.min(1.0) } else { 0.0 } * (VIRIDIS.len() - 1) as f64;
     let below = (place as usize).min(VIRIDIS.len() - 2);
     let part = place - below as f64;
-    let [red, green, blue] = [0, 1, 2].map(|channel| {
+    [0, 1, 2].map(|channel| {
         let [low, high] = [below, below + 1].map(|i| f64::from(VIRIDIS[i][channel]));
         (low + part * (high - low)).round() as u8
-    });
-    format!("#{red:02x}{green:02x}{blue:02x}")
+    })
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod comparison;
 mod comparison_table;
 mod figure;
 mod map;
+mod map_png;
 mod page;
 mod recorded;
 mod sparkline;
@@ -20,6 +21,7 @@ pub use comparison::{
 pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use figure::overview;
 pub use map::{Charset, draw_map, draw_values};
+pub use map_png::png_of_values;
 pub use page::html_report;
 pub use recorded::{EpisodeRow, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use sparkline::sparkline;

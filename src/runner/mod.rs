@@ -6,6 +6,7 @@
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
 mod arms;
+mod board;
 mod build;
 mod compare;
 mod crew;
@@ -14,6 +15,8 @@ mod estimate;
 pub mod files;
 mod folder;
 mod graph_files;
+mod ledger;
+mod places;
 mod potential;
 mod records;
 mod run;
@@ -21,10 +24,12 @@ mod session;
 mod snapshots;
 pub mod statistics;
 mod summarise;
+mod thinning;
 mod trial;
 mod tuning;
 
 pub use arms::{Arm, BASELINE, BUILT_IN_ARMS, BuiltInArm, lay_arm};
+pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Trial, compare};
 pub use error::RunnerError;
@@ -33,7 +38,7 @@ pub use folder::{Existing, FolderKind, RunFolder, is_run, seed_folder_name};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
-pub use run::{SeedOutcome, Watch, run_seed};
+pub use run::{Outlets, SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
 pub use snapshots::{Snapshot, Snapshots, read_snapshots};
 pub use trial::run_trial;

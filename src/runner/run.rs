@@ -1,26 +1,19 @@
 //! One seed of a scenario: the loop over episodes, its records, its numbers.
 
 use super::build::build_engine;
-use super::error::RunnerError;
-use super::graph_files::write_graph_files;
-use super::records::SeedRecords;
-use super::snapshots::Snapshots;
+use super::ledger::Ledger;
+use super::places::Places;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
-use crate::env::{Model, Optimum};
+use crate::env::{MdpState, Model, Optimum};
 use crate::error::Error;
-use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
 use crate::scenario::{Scenario, World};
-use crate::shaping::Potential;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tracing::{info_span, trace_span};
-
-/// How often the event file is brought up to date.
-const FLUSH_EVERY: Duration = Duration::from_secs(2);
 
 /// Who watches a run, and may stop it.
 pub struct Watch<'a> {
@@ -30,6 +23,15 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Told of each episode as it ends.
     pub on_episode: &'a mut dyn FnMut(&EpisodeRecord),
+    /// Where else the run is shown.
+    pub outlets: Outlets,
+}
+
+/// Where a run is shown beside its result files.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outlets {
+    /// In an event file for TensorBoard.
+    pub tensorboard: bool,
 }
 
 /// What one seed came to.
@@ -56,16 +58,12 @@ pub fn run_seed(
     let world = scenario.world(seed);
     match world.expect("the scenario was checked when it was loaded") {
         World::Grid(world) => {
-            let layout = world.layout().clone();
-            run_in(scenario, world, seed, folder, watch, "row,col", |cell| {
-                let (row, col) = layout.position(*cell);
-                format!("{row},{col}")
-            })
+            let places = Places::on_map(world.layout());
+            run_in(scenario, world, seed, folder, watch, &places)
         }
         World::Listed(world, names) => {
-            run_in(scenario, world, seed, folder, watch, "name", |state| {
-                csv_field(&names[state.index()])
-            })
+            let places = Places::named(names, |state: &MdpState| state.index());
+            run_in(scenario, world, seed, folder, watch, &places)
         }
     }
 }
@@ -76,8 +74,7 @@ fn run_in<E>(
     seed: u64,
     folder: &Path,
     watch: &mut Watch<'_>,
-    columns: &str,
-    label: impl Fn(&E::State) -> String,
+    places: &Places<E::State>,
 ) -> Result<SeedOutcome, Error>
 where
     E: Model + Clone + Send + 'static,
@@ -85,48 +82,22 @@ where
 {
     let begun = Instant::now();
     let mut tally = Tally::new(world.optimum());
-    let mut records = SeedRecords::create(folder)?;
-    let events_path = folder.join("events.jsonl");
-    let events = watch.events.open(&events_path);
-    let events = events.map_err(RunnerError::write(&events_path))?;
+    let mut ledger = Ledger::create(scenario, seed, folder, places, watch.events, watch.outlets)?;
     let mut engine = build_engine(scenario, world, seed);
-    let mut snapshots = Snapshots::default();
-
     let span = info_span!(
         telemetry::RUN,
         scenario = scenario.name,
         seed,
-        log = events.number()
+        log = ledger.log_number()
     );
-    let played = span.in_scope(|| {
-        play(
-            &mut engine,
-            scenario.run.episodes,
-            &mut tally,
-            &mut records,
-            &mut snapshots,
-            watch,
-            || events.flush().map_err(RunnerError::write(&events_path)),
-        )
-    });
+    let episodes = scenario.run.episodes;
+    let played = span.in_scope(|| play(&mut engine, episodes, &mut tally, &mut ledger, watch));
     drop(span); // its line is the last one of the event file
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
-    let flushed = records.flush();
-    let logged = events.flush().map_err(RunnerError::write(&events_path));
+    let flushed = ledger.flush();
     played?;
     flushed?;
-    logged?;
-
-    let graph = engine.pipeline().graph();
-    let states = || (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
-    let table = engine.pipeline().potential();
-    let potential: Vec<f64> = states().map(|state| table.value(state)).collect();
-    let pairs = engine.pipeline().spectrum().eigenpairs();
-    let vectors = pairs.map(|pairs| pairs.vectors.as_ref());
-    let labels = states().map(|state| label(graph.state(state)));
-    records.finish(&potential, vectors, columns, labels)?;
-    snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
-    write_graph_files(folder, graph.transitions(), engine.agent())?;
+    ledger.close(&engine)?;
     Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))
 }
 
@@ -135,34 +106,26 @@ fn play<E: Model>(
     engine: &mut Engine<E, AnyAgent>,
     episodes: usize,
     tally: &mut Tally,
-    records: &mut SeedRecords,
-    snapshots: &mut Snapshots,
+    ledger: &mut Ledger<'_, E::State>,
     watch: &mut Watch<'_>,
-    flush_events: impl Fn() -> Result<(), RunnerError>,
 ) -> Result<(), Error> {
-    let mut flushed = Instant::now();
     while tally.lengths.len() < episodes && !watch.stop.load(Ordering::Relaxed) {
         let begun = Instant::now();
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
         let _in_episode = span.enter();
         let record = engine.run_episode(|refresh, pipeline| {
-            snapshots.refreshed(refresh.step, pipeline);
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
             tally.gcn_fits += usize::from(fit.is_some());
             if written.is_ok() {
-                written = records.refresh(refresh);
+                written = ledger.refreshed(refresh, pipeline);
             }
         })?;
         written?;
         tally.count(&record);
-        records.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
+        ledger.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
         (watch.on_episode)(&record);
-        if flushed.elapsed() >= FLUSH_EVERY {
-            flushed = Instant::now();
-            flush_events()?;
-        }
     }
     Ok(())
 }
@@ -231,14 +194,5 @@ impl Tally {
             timing,
             steps_per_episode: self.lengths,
         }
-    }
-}
-
-/// A name as a field of a CSV line, quoted if it must be.
-fn csv_field(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
     }
 }
