@@ -96,6 +96,8 @@ pub enum Command {
     Potential(Potential),
     /// Show runs side by side as one HTML page that needs nothing else
     Report(Report),
+    /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
+    Export(Export),
     /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
@@ -310,6 +312,39 @@ pub struct Report {
     /// Write the page to FILE
     #[arg(short, long, value_name = "FILE.html", default_value = "report.html")]
     pub out: PathBuf,
+}
+
+/// `eigentrail export`
+#[derive(Args, Debug)]
+pub struct Export {
+    /// A run folder, or one seed folder in it
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// As what
+    #[arg(long, value_name = "FORMAT")]
+    pub to: ExportFormat,
+    /// Write to PATH, a folder for csv and parquet, a file for the others, or - for a graph to stdout
+    /// [default: export, export.npz, graph.graphml or graph.dot]
+    #[arg(short, long, value_name = "PATH")]
+    pub out: Option<PathBuf>,
+    /// Replace what is there
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// As what a run is exported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// A folder of episodes, refreshes, states and transitions as CSV
+    Csv,
+    /// The same as Parquet, for pandas, Polars and DuckDB (needs the feature `parquet`)
+    Parquet,
+    /// One file of NumPy arrays: every column, and the eigenvectors
+    Npz,
+    /// The graph, for Gephi, yEd, networkx and igraph
+    Graphml,
+    /// The graph, for Graphviz
+    Dot,
 }
 
 /// `eigentrail figures`

@@ -12,6 +12,7 @@
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
 //! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
+//! - [`export`]: what a run has left, for other programs.
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
@@ -21,6 +22,7 @@ pub mod engine;
 pub mod env;
 pub mod error;
 pub mod exploration;
+pub mod export;
 pub mod features;
 pub mod gcn;
 pub mod graph;
