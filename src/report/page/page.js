@@ -1,13 +1,14 @@
 'use strict';
 const errors = [];
 addEventListener('error', event => errors.push(event.message));
-const data = JSON.parse(document.getElementById('data').textContent);
+// Everything on the page is drawn from these two: `update` replaces the first, the reader the second.
+let data = JSON.parse(document.getElementById('data').textContent);
+const hidden = new Set();
 const byId = id => document.getElementById(id);
 // Okabe–Ito, in an order that also differs in lightness.
 const COLORS = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#7f7f7f'];
 const VIRIDIS = ['440154', '472c7a', '3b518b', '2c718e', '21908d', '27ad81', '5cc863', 'aadc32', 'fde725']
   .map(hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16)));
-const shown = data.arms.map(() => true);
 const color = arm => COLORS[arm % COLORS.length];
 
 function element(tag, attributes = {}, ...children) {
@@ -100,7 +101,7 @@ function chart(parent, { title, xTitle, yTitle, series, log, xlog }) {
   figure.append(svg, element('p', {}, `${last}.`));
 }
 
-const visible = () => data.arms.map((arm, i) => [arm, i]).filter(([, i]) => shown[i]);
+const visible = () => data.arms.map((arm, i) => [arm, i]).filter(([arm]) => !hidden.has(arm.name));
 
 function drawCurves() {
   const parent = byId('curves');
@@ -253,6 +254,8 @@ function drawFacts() {
 }
 
 function drawChecks() {
+  byId('checks').replaceChildren();
+  byId('again').replaceChildren();
   for (const arm of data.arms) {
     if (data.arms.length > 1) byId('checks').append(element('h3', {}, arm.name));
     for (const { name, holds, detail } of arm.checks) {
@@ -267,41 +270,63 @@ function drawChecks() {
 }
 
 function drawLegend() {
+  const chosen = byId('arm').value;
+  byId('legend').replaceChildren();
+  byId('arm').replaceChildren();
   data.arms.forEach((arm, i) => {
     const swatch = element('i');
     swatch.style.background = color(i);
-    const button = element('button', { class: 'arm', type: 'button', 'aria-pressed': 'true' }, swatch, arm.name);
+    const button = element('button', { class: 'arm', type: 'button', 'aria-pressed': !hidden.has(arm.name) }, swatch, arm.name);
     button.addEventListener('click', () => {
-      shown[i] = !shown[i];
-      button.setAttribute('aria-pressed', shown[i]);
+      if (!hidden.delete(arm.name)) hidden.add(arm.name);
+      button.setAttribute('aria-pressed', !hidden.has(arm.name));
       drawCurves();
       drawGrowth();
     });
     byId('legend').append(button);
     byId('arm').append(element('option', { value: i }, `${arm.name}, seed ${arm.seeds[0]}`));
   });
+  byId('arm').value = chosen && chosen < data.arms.length ? chosen : 0;
+}
+
+// Keeps to the last moment if it stood there, else where it was.
+function fitSlider() {
+  const slider = byId('time');
+  const last = Math.max(0, data.arms[Number(byId('arm').value)].frames.length - 1);
+  const follow = slider.value === slider.max;
+  slider.max = last;
+  slider.value = follow ? last : Math.min(slider.value, last);
 }
 
 function chooseArm() {
-  const slider = byId('time');
-  slider.max = data.arms[Number(byId('arm').value)].frames.length - 1;
-  slider.value = slider.max;
+  byId('time').value = byId('time').max;
+  fitSlider();
   drawMaps();
   drawGrowth();
 }
 
-function begin() {
+function drawAbout() {
   const thinned = data.thinned ? ' Moments were left out to keep this file below 5 MB.' : '';
   byId('about').textContent = `${data.program}. Curves have at most 400 points and maps at most 40 moments; the run folder has everything.${thinned}`;
+}
+
+// Draws the whole page from `next`, which has the form of the data embedded in the file. A live view calls it again
+// and again: the reader's choices stay.
+function update(next) {
+  data = next;
+  drawAbout();
   drawLegend();
   drawFacts();
   drawCurves();
   drawChecks();
-  byId('arm').addEventListener('change', chooseArm);
-  byId('time').addEventListener('input', drawMaps);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawMaps);
-  chooseArm();
+  fitSlider();
+  drawMaps();
+  drawGrowth();
 }
+
+byId('arm').addEventListener('change', chooseArm);
+byId('time').addEventListener('input', drawMaps);
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawMaps);
 
 // With #selftest the page operates itself and writes down what it saw.
 function selfTest() {
@@ -325,5 +350,5 @@ function selfTest() {
   document.body.append(element('pre', { id: 'selftest' }, JSON.stringify(result)));
 }
 
-begin();
+update(data);
 if (location.hash === '#selftest') selfTest();
