@@ -2,6 +2,7 @@
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Turns the graph an agent is still discovering into a reward it can follow.
@@ -149,6 +150,9 @@ pub struct Run {
     /// Do not write an event file for TensorBoard
     #[arg(long)]
     pub no_tensorboard: bool,
+    /// Show the run in the browser while it goes on [default address: 127.0.0.1:8765; port 0 takes any]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", value_parser = address)]
+    pub serve: Option<SocketAddr>,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
@@ -385,6 +389,12 @@ fn thread_count(text: &str) -> Result<usize, String> {
         Ok(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
         _ => Err(format!("expected a whole number from 1 to {MOST_THREADS}")),
     }
+}
+
+/// Where to listen.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "expected an address with a port, such as 127.0.0.1:8765".to_owned())
 }
 
 /// Any whole number of 64 bits.

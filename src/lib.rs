@@ -12,7 +12,7 @@
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
 //! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
-//! - [`export`]: what a run has left, for other programs.
+//! - [`serve`], [`export`]: a run in the browser while it goes on, and for other programs afterwards.
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
@@ -30,6 +30,7 @@ pub mod report;
 pub mod runner;
 pub mod scenario;
 pub mod seeds;
+pub mod serve;
 pub mod shaping;
 pub mod spectral;
 pub mod telemetry;

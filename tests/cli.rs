@@ -1149,7 +1149,15 @@ mod words {
     fn help_is_stable() {
         let program = Program::new();
         insta::assert_snapshot!("help", program.prints(&["--help"]));
-        for command in ["run", "check", "show", "track", "potential", "export", "new"] {
+        for command in [
+            "run",
+            "check",
+            "show",
+            "track",
+            "potential",
+            "export",
+            "new",
+        ] {
             insta::assert_snapshot!(
                 format!("help_{command}"),
                 program.prints(&[command, "--help"])

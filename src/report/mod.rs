@@ -22,7 +22,7 @@ pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use figure::overview;
 pub use map::{Charset, draw_map, draw_values};
 pub use map_png::png_of_values;
-pub use page::html_report;
+pub use page::{html_report, live_page, report_data};
 pub use recorded::{EpisodeRow, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use sparkline::sparkline;
 pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};

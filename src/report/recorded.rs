@@ -27,7 +27,7 @@ pub struct RecordedRun {
 }
 
 /// One seed of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct RecordedSeed {
     /// Master seed.
     pub seed: u64,

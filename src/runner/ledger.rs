@@ -2,14 +2,15 @@
 
 use super::board::Board;
 use super::error::RunnerError;
+use super::follow::Feed;
 use super::graph_files::write_graph_files;
 use super::places::Places;
 use super::records::SeedRecords;
-use super::run::Outlets;
+use super::run::{Outlets, Tally};
 use super::snapshots::Snapshots;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord, RefreshRecord, ShapingPipeline};
-use crate::env::Environment;
+use crate::env::{Environment, Model};
 use crate::graph::StateId;
 use crate::scenario::Scenario;
 use crate::shaping::Potential;
@@ -31,6 +32,7 @@ pub(super) struct Ledger<'a, S> {
     log_path: PathBuf,
     flushed: Instant,
     board: Option<Board>,
+    feed: Option<Feed<'a>>,
 }
 
 impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
@@ -41,7 +43,7 @@ impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
         folder: &Path,
         places: &'a Places<S>,
         events: &EventLog,
-        outlets: Outlets,
+        outlets: Outlets<'a>,
     ) -> Result<Self, RunnerError> {
         let records = SeedRecords::create(folder)?;
         let log_path = folder.join("events.jsonl");
@@ -61,6 +63,7 @@ impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
             log_path,
             flushed: Instant::now(),
             board,
+            feed: outlets.follower.map(Feed::new),
         })
     }
 
@@ -79,6 +82,9 @@ impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
         if let Some(board) = &mut self.board {
             board.refreshed(refresh, pipeline, self.places)?;
         }
+        if let Some(feed) = &mut self.feed {
+            feed.refreshed(refresh);
+        }
         self.records.refresh(refresh)
     }
 
@@ -92,12 +98,28 @@ impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
         if let Some(board) = &mut self.board {
             board.episode(record, regret)?;
         }
+        if let Some(feed) = &mut self.feed {
+            feed.episode(record, regret);
+        }
         self.records.episode(record, regret, seconds)?;
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.flushed = Instant::now();
             self.flush_log()?;
         }
         Ok(())
+    }
+
+    /// Whether somebody who follows the run wants to be told.
+    pub fn is_due(&self) -> bool {
+        self.feed.as_ref().is_some_and(Feed::is_due)
+    }
+
+    /// Tells whoever follows the run how things stand.
+    pub fn tell<E: Model<State = S>>(&mut self, tally: &Tally, engine: &Engine<E, AnyAgent>) {
+        if let Some(feed) = &mut self.feed {
+            let (result, timing) = tally.result(engine);
+            feed.tell(result, timing, engine, &self.snapshots, self.places);
+        }
     }
 
     /// Brings every row to its file, whatever goes wrong with another one; the first error is the one to tell.

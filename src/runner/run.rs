@@ -1,6 +1,7 @@
 //! One seed of a scenario: the loop over episodes, its records, its numbers.
 
 use super::build::build_engine;
+use super::follow::Follower;
 use super::ledger::Ledger;
 use super::places::Places;
 use crate::agent::AnyAgent;
@@ -12,7 +13,7 @@ use crate::scenario::{Scenario, World};
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tracing::{info_span, trace_span};
 
 /// Who watches a run, and may stop it.
@@ -24,14 +25,16 @@ pub struct Watch<'a> {
     /// Told of each episode as it ends.
     pub on_episode: &'a mut dyn FnMut(&EpisodeRecord),
     /// Where else the run is shown.
-    pub outlets: Outlets,
+    pub outlets: Outlets<'a>,
 }
 
 /// Where a run is shown beside its result files.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Outlets {
+#[derive(Clone, Copy, Default)]
+pub struct Outlets<'a> {
     /// In an event file for TensorBoard.
     pub tensorboard: bool,
+    /// To whom follows it while it goes on.
+    pub follower: Option<&'a dyn Follower>,
 }
 
 /// What one seed came to.
@@ -80,8 +83,7 @@ where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let begun = Instant::now();
-    let mut tally = Tally::new(world.optimum());
+    let mut tally = Tally::new(scenario, seed, world.optimum());
     let mut ledger = Ledger::create(scenario, seed, folder, places, watch.events, watch.outlets)?;
     let mut engine = build_engine(scenario, world, seed);
     let span = info_span!(
@@ -90,26 +92,25 @@ where
         seed,
         log = ledger.log_number()
     );
-    let episodes = scenario.run.episodes;
-    let played = span.in_scope(|| play(&mut engine, episodes, &mut tally, &mut ledger, watch));
+    let played = span.in_scope(|| play(&mut engine, &mut tally, &mut ledger, watch));
     drop(span); // its line is the last one of the event file
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
     let flushed = ledger.flush();
     played?;
     flushed?;
+    ledger.tell(&tally, &engine);
     ledger.close(&engine)?;
-    Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))
+    Ok(tally.outcome(&engine))
 }
 
 /// The episodes.
 fn play<E: Model>(
     engine: &mut Engine<E, AnyAgent>,
-    episodes: usize,
     tally: &mut Tally,
     ledger: &mut Ledger<'_, E::State>,
     watch: &mut Watch<'_>,
 ) -> Result<(), Error> {
-    while tally.lengths.len() < episodes && !watch.stop.load(Ordering::Relaxed) {
+    while !tally.is_complete() && !watch.stop.load(Ordering::Relaxed) {
         let begun = Instant::now();
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
@@ -125,13 +126,20 @@ fn play<E: Model>(
         written?;
         tally.count(&record);
         ledger.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
+        if ledger.is_due() {
+            ledger.tell(tally, engine);
+        }
         (watch.on_episode)(&record);
     }
     Ok(())
 }
 
 /// The sums over episodes.
-struct Tally {
+pub(super) struct Tally {
+    seed: u64,
+    /// As many as there are to be.
+    episodes: usize,
+    begun: Instant,
     optimum: Optimum,
     lengths: Vec<u32>,
     returns: f64,
@@ -140,14 +148,21 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(optimum: Optimum) -> Self {
+    fn new(scenario: &Scenario, seed: u64, optimum: Optimum) -> Self {
         Self {
+            seed,
+            episodes: scenario.run.episodes,
+            begun: Instant::now(),
             optimum,
             lengths: Vec::new(),
             returns: 0.0,
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.lengths.len() >= self.episodes
     }
 
     fn count(&mut self, record: &EpisodeRecord) {
@@ -161,18 +176,16 @@ impl Tally {
         self.lengths.len() as f64 * self.optimum.expected_return - self.returns
     }
 
-    fn outcome<E: Model>(
-        self,
-        scenario: &Scenario,
-        seed: u64,
+    /// What it comes to so far.
+    pub(super) fn result<E: Model>(
+        &self,
         engine: &Engine<E, AnyAgent>,
-        elapsed: Duration,
-    ) -> SeedOutcome {
+    ) -> (SeedResult, SeedTiming) {
         let graph = engine.pipeline().transitions();
-        let wall_seconds = elapsed.as_secs_f64();
+        let wall_seconds = self.begun.elapsed().as_secs_f64();
         let result = SeedResult {
-            seed,
-            finished: self.lengths.len() == scenario.run.episodes,
+            seed: self.seed,
+            finished: self.is_complete(),
             episodes: self.lengths.len(),
             steps: engine.steps(),
             regret: self.regret(),
@@ -185,10 +198,15 @@ impl Tally {
             gcn_fits: self.gcn_fits,
         };
         let timing = SeedTiming {
-            seed,
+            seed: self.seed,
             wall_seconds,
             steps_per_second: result.steps as f64 / wall_seconds,
         };
+        (result, timing)
+    }
+
+    fn outcome<E: Model>(self, engine: &Engine<E, AnyAgent>) -> SeedOutcome {
+        let (result, timing) = self.result(engine);
         SeedOutcome {
             result,
             timing,
