@@ -5,7 +5,6 @@
 //! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
-mod arms;
 mod board;
 mod build;
 mod compare;
@@ -17,6 +16,7 @@ mod folder;
 mod follow;
 mod graph_files;
 mod ledger;
+mod phases;
 mod places;
 mod potential;
 mod records;
@@ -24,12 +24,9 @@ mod run;
 mod session;
 mod snapshots;
 pub mod statistics;
-mod summarise;
 mod thinning;
 mod trial;
-mod tuning;
 
-pub use arms::{Arm, BASELINE, BUILT_IN_ARMS, BuiltInArm, lay_arm};
 pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Trial, compare};

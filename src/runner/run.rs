@@ -1,20 +1,21 @@
 //! One seed of a scenario: the loop over episodes, its records, its numbers.
 
-use super::build::build_engine;
+use super::build::{build_engine, move_goals};
 use super::follow::Follower;
 use super::ledger::Ledger;
+use super::phases::{Phases, Worlds, Yardstick};
 use super::places::Places;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
-use crate::env::{MdpState, Model, Optimum};
+use crate::env::{MdpState, Model};
 use crate::error::Error;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
-use crate::scenario::{Scenario, World};
+use crate::scenario::Scenario;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use tracing::{info_span, trace_span};
+use tracing::{info, info_span, trace_span};
 
 /// Who watches a run, and may stop it.
 pub struct Watch<'a> {
@@ -58,22 +59,21 @@ pub fn run_seed(
     folder: &Path,
     watch: &mut Watch<'_>,
 ) -> Result<SeedOutcome, Error> {
-    let world = scenario.world(seed);
-    match world.expect("the scenario was checked when it was loaded") {
-        World::Grid(world) => {
-            let places = Places::on_map(world.layout());
-            run_in(scenario, world, seed, folder, watch, &places)
+    match Worlds::of(scenario, seed) {
+        Worlds::Grid(worlds) => {
+            let places = Places::on_map(worlds.first.layout());
+            run_in(scenario, worlds, seed, folder, watch, &places)
         }
-        World::Listed(world, names) => {
+        Worlds::Listed(worlds, names) => {
             let places = Places::named(names, |state: &MdpState| state.index());
-            run_in(scenario, world, seed, folder, watch, &places)
+            run_in(scenario, worlds, seed, folder, watch, &places)
         }
     }
 }
 
 fn run_in<E>(
     scenario: &Scenario,
-    world: E,
+    mut worlds: Phases<E>,
     seed: u64,
     folder: &Path,
     watch: &mut Watch<'_>,
@@ -83,16 +83,25 @@ where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let mut tally = Tally::new(scenario, seed, world.optimum());
+    let mut tally = Tally::new(scenario, seed, worlds.yardstick());
     let mut ledger = Ledger::create(scenario, seed, folder, places, watch.events, watch.outlets)?;
-    let mut engine = build_engine(scenario, world, seed);
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
     let span = info_span!(
         telemetry::RUN,
         scenario = scenario.name,
         seed,
         log = ledger.log_number()
     );
-    let played = span.in_scope(|| play(&mut engine, &mut tally, &mut ledger, watch));
+    let played = span.in_scope(|| {
+        play(
+            &mut engine,
+            scenario,
+            &mut worlds,
+            &mut tally,
+            &mut ledger,
+            watch,
+        )
+    });
     drop(span); // its line is the last one of the event file
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
     let flushed = ledger.flush();
@@ -104,13 +113,23 @@ where
 }
 
 /// The episodes.
-fn play<E: Model>(
+fn play<E>(
     engine: &mut Engine<E, AnyAgent>,
+    scenario: &Scenario,
+    worlds: &mut Phases<E>,
     tally: &mut Tally,
     ledger: &mut Ledger<'_, E::State>,
     watch: &mut Watch<'_>,
-) -> Result<(), Error> {
+) -> Result<(), Error>
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
     while !tally.is_complete() && !watch.stop.load(Ordering::Relaxed) {
+        if let Some(world) = worlds.take_moved(tally.lengths.len()) {
+            info!(name: "goals_moved", episode = tally.lengths.len(), step = engine.steps(), "goals_moved");
+            move_goals(scenario, engine, world);
+        }
         let begun = Instant::now();
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
@@ -140,7 +159,7 @@ pub(super) struct Tally {
     /// As many as there are to be.
     episodes: usize,
     begun: Instant,
-    optimum: Optimum,
+    yardstick: Yardstick,
     lengths: Vec<u32>,
     returns: f64,
     spectrum_refreshes: usize,
@@ -148,12 +167,12 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    fn new(scenario: &Scenario, seed: u64, optimum: Optimum) -> Self {
+    fn new(scenario: &Scenario, seed: u64, yardstick: Yardstick) -> Self {
         Self {
             seed,
             episodes: scenario.run.episodes,
             begun: Instant::now(),
-            optimum,
+            yardstick,
             lengths: Vec::new(),
             returns: 0.0,
             spectrum_refreshes: 0,
@@ -171,9 +190,9 @@ impl Tally {
         self.returns += record.plain_return;
     }
 
-    /// ρ(T) = T R* − Σ R_t (eq. 15).
+    /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.lengths.len() as f64 * self.optimum.expected_return - self.returns
+        self.yardstick.expected_return(self.lengths.len()) - self.returns
     }
 
     /// What it comes to so far.
@@ -183,14 +202,16 @@ impl Tally {
     ) -> (SeedResult, SeedTiming) {
         let graph = engine.pipeline().transitions();
         let wall_seconds = self.begun.elapsed().as_secs_f64();
+        let episodes = self.lengths.len();
         let result = SeedResult {
             seed: self.seed,
             finished: self.is_complete(),
-            episodes: self.lengths.len(),
+            episodes,
             steps: engine.steps(),
             regret: self.regret(),
-            optimal_steps: self.optimum.expected_steps,
-            final_mean_steps: final_mean_steps(&self.lengths),
+            optimal_steps: self.yardstick.last(episodes).expected_steps,
+            final_mean_steps: final_mean_steps(self.yardstick.since_move(&self.lengths)),
+            goals_moved_after: self.yardstick.moved_after(episodes),
             first_goal_step: engine.first_goal_step(),
             nodes: graph.num_states(),
             edges: graph.adjacency().num_edges(),

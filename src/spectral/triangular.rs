@@ -50,7 +50,7 @@ impl PanelKernel for ColumnSolve<'_> {
             let (inverse, rows, values) = self.factor.column(j);
             let inverse = simd.splat_f64s(inverse);
             let xj: [_; NV] = panel.load(&*x, j);
-            let xj = xj.map(|v| simd.mul_f64s(v, inverse));
+            let xj = scaled(simd, xj, inverse);
             panel.store(x, j, xj);
             for (&i, &l) in rows.iter().zip(values) {
                 let l = simd.splat_f64s(l);
@@ -66,7 +66,7 @@ impl PanelKernel for ColumnSolve<'_> {
                 sum = subtract(simd, sum, l, panel.load(&*x, i as usize));
             }
             let inverse = simd.splat_f64s(inverse);
-            panel.store(x, j, sum.map(|v| simd.mul_f64s(v, inverse)));
+            panel.store(x, j, scaled(simd, sum, inverse));
         }
     }
 }
@@ -82,6 +82,17 @@ fn subtract<S: Simd, const NV: usize>(
     let mut out = a;
     for v in 0..NV {
         out[v] = simd.negate_mul_add_f64s(l, b[v], a[v]);
+    }
+    out
+}
+
+/// s a. A loop, since a closure would not be compiled for the wide registers and be called once per
+/// register.
+#[inline(always)]
+fn scaled<S: Simd, const NV: usize>(simd: S, a: [S::f64s; NV], s: S::f64s) -> [S::f64s; NV] {
+    let mut out = a;
+    for v in 0..NV {
+        out[v] = simd.mul_f64s(a[v], s);
     }
     out
 }
@@ -145,7 +156,7 @@ impl<'a> Supernode<'a> {
             let (inverse, below, _) = self.column(c);
             let inverse = simd.splat_f64s(inverse);
             let xc: [_; NV] = panel.load(&*x, self.first + c);
-            let xc = xc.map(|v| simd.mul_f64s(v, inverse));
+            let xc = scaled(simd, xc, inverse);
             panel.store(x, self.first + c, xc);
             for (i, &l) in below.iter().enumerate() {
                 let i = self.first + c + 1 + i;
@@ -218,7 +229,7 @@ impl<'a> Supernode<'a> {
                 sum = subtract(simd, sum, simd.splat_f64s(l), xi);
             }
             let inverse = simd.splat_f64s(inverse);
-            panel.store(x, self.first + c, sum.map(|v| simd.mul_f64s(v, inverse)));
+            panel.store(x, self.first + c, scaled(simd, sum, inverse));
         }
     }
 }
