@@ -8,8 +8,13 @@ use std::io::{self, Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// Name, and shape and entries of a matrix row by row.
-type Matrix = (String, (Vec<usize>, Vec<f64>));
+/// A matrix with its name.
+pub(super) struct Matrix {
+    pub name: String,
+    pub shape: Vec<usize>,
+    /// Row by row.
+    pub entries: Vec<f64>,
+}
 
 /// Writes each column as `table/column` and each matrix as `eigenvectors/name`.
 pub(super) fn write_npz(
@@ -23,9 +28,10 @@ pub(super) fn write_npz(
             archive.column(&format!("{}/{name}", table.name), column)?;
         }
     }
-    for (name, (shape, values)) in matrices {
-        let name = format!("eigenvectors/{name}");
-        archive.array(&name, shape, f64::default_dtype(), values)?;
+    for matrix in matrices {
+        let name = format!("eigenvectors/{}", matrix.name);
+        let dtype = f64::default_dtype();
+        archive.array(&name, &matrix.shape, dtype, &matrix.entries)?;
     }
     archive.0.finish()?;
     Ok(())

@@ -1,5 +1,6 @@
 //! A run folder, read as tables and graphs.
 
+use super::arrays::Matrix;
 use super::error::ExportError;
 use super::table::{Column, Table};
 use crate::env::Action;
@@ -109,21 +110,25 @@ impl Source {
         ])
     }
 
-    /// Name of the seed's folder, shape and entries row by row of the eigenvectors of each seed that has some.
+    /// The eigenvectors of each seed that has some, under the name of its folder.
     ///
     /// # Errors
     /// If a file cannot be read.
-    pub(super) fn eigenvectors(
-        &self,
-    ) -> Result<Vec<(String, (Vec<usize>, Vec<f64>))>, ExportError> {
+    pub(super) fn eigenvectors(&self) -> Result<Vec<Matrix>, ExportError> {
         let paths = self.seeds.iter().map(|seed| {
             let path = seed.folder.join("eigenvectors.npy");
             (crate::runner::seed_folder_name(seed.seed), path)
         });
-        paths
-            .filter(|(_, path)| path.is_file())
-            .map(|(name, path)| Ok((name, array(&path)?)))
-            .collect()
+        let there = paths.filter(|(_, path)| path.is_file());
+        let read = there.map(|(name, path)| {
+            let (shape, entries) = array(&path)?;
+            Ok(Matrix {
+                name,
+                shape,
+                entries,
+            })
+        });
+        read.collect()
     }
 }
 

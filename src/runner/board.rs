@@ -28,10 +28,11 @@ use super::places::Places;
 use super::thinning::Thinning;
 use crate::engine::{EpisodeRecord, RefreshRecord, ShapingPipeline};
 use crate::env::layouts::{Cell, Layout};
+use crate::graph::StateId;
 use crate::report::png_of_values;
 use crate::shaping::PotentialFit;
 use crate::spectral::SpectrumRefresh;
-use crate::tensorboard::{Summary, write_event, write_version};
+use crate::tensorboard::{Png, Summary, write_event, write_version};
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::path::Path;
@@ -237,20 +238,17 @@ fn picture<S: Clone + Eq + Hash>(
         let residuals = pairs.convergence.residual_norms.iter();
         summary.histogram("spectral/residuals", residuals.copied());
     }
-    if let Some((layout, cell)) = &places.map
+    if let Some(map) = &places.map
         && !phi.is_empty()
     {
-        let png = png_of_potential(layout, phi, |state| cell(pipeline.graph().state(state)));
+        let cell = |state| (map.cell)(pipeline.graph().state(state));
+        let png = png_of_potential(&map.layout, phi, cell);
         summary.image("potential/map", &png);
     }
 }
 
-fn png_of_potential(
-    layout: &Layout,
-    phi: &[f64],
-    cell: impl Fn(crate::graph::StateId) -> Cell,
-) -> crate::tensorboard::Png {
-    let states = (0..phi.len()).map(|s| crate::graph::StateId(s as u32));
+fn png_of_potential(layout: &Layout, phi: &[f64], cell: impl Fn(StateId) -> Cell) -> Png {
+    let states = (0..phi.len()).map(|s| StateId(s as u32));
     let values: HashMap<Cell, f64> = states.zip(phi).map(|(s, &v)| (cell(s), v)).collect();
     png_of_values(layout, |cell| values.get(&cell).copied())
 }

@@ -8,8 +8,14 @@ pub(super) struct Places<S> {
     pub columns: &'static str,
     /// Place (`row,col`) or name of a state, as fields of a CSV line.
     pub label: Box<dyn Fn(&S) -> String>,
-    /// The map, and the cell of a state on it.
-    pub map: Option<(Layout, fn(&S) -> Cell)>,
+    /// The map, if there is one.
+    pub map: Option<Map<S>>,
+}
+
+/// A map, and where states are on it.
+pub(super) struct Map<S> {
+    pub layout: Layout,
+    pub cell: fn(&S) -> Cell,
 }
 
 impl Places<Cell> {
@@ -22,7 +28,10 @@ impl Places<Cell> {
                 let (row, col) = map.position(*cell);
                 format!("{row},{col}")
             }),
-            map: Some((layout.clone(), |cell| *cell)),
+            map: Some(Map {
+                layout: layout.clone(),
+                cell: |cell| *cell,
+            }),
         }
     }
 }
@@ -66,6 +75,6 @@ mod tests {
         let places = Places::on_map(&layout);
         let cell = layout.cell(1, 2).unwrap();
         assert_eq!((places.label)(&cell), "1,2");
-        assert_eq!((places.map.unwrap().1)(&cell), cell);
+        assert_eq!((places.map.unwrap().cell)(&cell), cell);
     }
 }
