@@ -56,7 +56,7 @@ impl Moment {
 }
 
 /// The run may spend one part in so many on telling.
-const SHARE: u32 = 50;
+const SHARE: u32 = 100;
 
 /// Collects rows until they are asked for.
 pub(super) struct Feed<'a> {

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! - The run leaves a [`Moment`] on the desk, and only when it is asked for one: somebody is looking, the one before has
-//!   been drawn, and leaving them does not take more than a fiftieth of the time. It never waits.
+//!   been drawn, and leaving them does not take more than a hundredth of the time. It never waits.
 //! - One thread turns moments into the object that the page is drawn from.
 //! - A browser that is slow misses drawings, and one that does not read for ten seconds is dropped. Nothing is queued.
 //! - `GET /` is the page, `GET /events` the drawings as
