@@ -1,20 +1,39 @@
-//! One update of the spectrum after 5 % growth: warm, cold and full side by side, k = 16.
+//! What one update of the spectrum costs, k = 16: about eight minutes on a quiet machine.
 //!
-//! `cargo bench --bench spectral`. Beside the times: columns multiplied by L and columns solved with
-//! its factor, which do not depend on the machine.
+//! - `full`: after 5 % growth the incremental update against decomposing the whole matrix, by nalgebra and by faer;
+//!   the slowest of those are timed once, and those over a minute only with `SPECTRAL_BENCH_LONG=1` (half an hour);
+//! - `growth`: warm against cold after 1, 5 and 20 % growth at 10⁴ and 10⁵ nodes;
+//! - `sequence`: whole sequences from 64 nodes to 10⁴ by 5 %.
+//!
+//! `cargo bench --bench spectral`, or parts: `cargo bench --bench spectral -- growth/maze`. Beside the times:
+//! columns multiplied by L and columns solved with its factor, which do not depend on the machine.
 
 #[path = "../tests/common/graphs.rs"]
 mod graphs;
 
-use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use eigentrail::spectral::{LowSpectrum, Method, SpectralParams, TrackParams, track};
+use criterion::measurement::WallTime;
+use criterion::{
+    BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group,
+    criterion_main,
+};
+use eigentrail::spectral::{
+    Convergence, Laplacian, LaplacianKind, LowSpectrum, Method, SpectralParams, TrackParams,
+    TrackUpdate, symmetric_eigen, track,
+};
 use graphs::Csr;
+use std::cell::OnceCell;
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Sides of the square worlds; a full decomposition is only taken up to [`FULL_LIMIT`] nodes.
-const SIDES: [usize; 4] = [15, 32, 50, 100];
-const FULL_LIMIT: usize = 2500;
+/// Sides of the grids that are also decomposed whole: 225 to about 5 000 nodes.
+const FULL_SIDES: [usize; 5] = [15, 18, 32, 50, 71];
+
+/// Nodes above which a decomposition is timed once, and above which nalgebra's takes minutes.
+const REPEATED: usize = 1100;
+const LONG: usize = 2600;
+
+/// Sides of worlds of 10⁴ and 10⁵ nodes.
+const GROWN_SIDES: [usize; 2] = [100, 316];
 
 fn worlds(side: usize) -> [(&'static str, Csr); 3] {
     let pitch = side.div_ceil(10).max(2);
@@ -35,41 +54,122 @@ fn spectrum(method: Method, tol: f64) -> LowSpectrum {
     LowSpectrum::new(params, 0)
 }
 
-/// One refresh from 95 % of the nodes to all of them.
-fn update(c: &mut Criterion) {
-    for side in SIDES {
+fn group<'a>(c: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = c.benchmark_group(name);
+    group
+        .sample_size(10)
+        .sampling_mode(SamplingMode::Flat)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2));
+    group
+}
+
+/// One refresh from `before` to `graph`, the earlier one outside the time: it leaves its buffers, as in a sequence.
+fn refresh(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    id: BenchmarkId,
+    (method, tol): (Method, f64),
+    (before, graph): (&Csr, &Csr),
+) {
+    let prepared = || {
+        let mut known = spectrum(method, tol);
+        known.refresh(before).expect("valid graph");
+        known
+    };
+    let told = OnceCell::new();
+    // Inside, so that a filtered run does no work for what it leaves out.
+    group.bench_function(id, |b| {
+        told.get_or_init(|| tell(&prepared().refresh(graph).expect("valid graph").convergence));
+        b.iter_batched_ref(
+            prepared,
+            |spectrum| spectrum.refresh(black_box(graph)),
+            BatchSize::PerIteration,
+        );
+    });
+}
+
+fn tell(facts: &Convergence) {
+    eprintln!(
+        "  {} columns multiplied, {} solved, {} converged",
+        facts.applications, facts.solves, facts.converged
+    );
+}
+
+fn decompose_by_nalgebra(graph: &Csr) -> f64 {
+    let dense = dense(graph);
+    let matrix = nalgebra::DMatrix::from_fn(graph.rows(), graph.rows(), |i, j| dense[(i, j)]);
+    matrix.symmetric_eigen().eigenvalues[0]
+}
+
+fn decompose_by_faer(graph: &Csr) -> f64 {
+    let (values, _) = symmetric_eigen(dense(graph).as_ref()).expect("finite matrix");
+    values[0]
+}
+
+fn dense(graph: &Csr) -> faer::Mat<f64> {
+    Laplacian::new(graph, LaplacianKind::Normalized)
+        .expect("valid graph")
+        .to_dense()
+}
+
+/// Incremental against full.
+fn full(c: &mut Criterion) {
+    for side in FULL_SIDES {
+        let graph = graphs::discovered(&graphs::grid(side, side), 1);
+        let n = graph.rows();
+        let before = graphs::prefix(&graph, n - n / 20);
+        let mut group = group(c, "full");
+        for tol in [1e-2, 1e-6] {
+            let id = BenchmarkId::new(format!("incremental, tol {tol:e}"), n);
+            refresh(&mut group, id, (Method::Warm, tol), (&before, &graph));
+        }
+        type Decompose = fn(&Csr) -> f64;
+        let peers: [(&str, Decompose); 2] = [
+            ("faer", decompose_by_faer),
+            ("nalgebra", decompose_by_nalgebra),
+        ];
+        for (name, decompose) in peers {
+            if name == "nalgebra" && n > LONG && !long_wished() {
+                eprintln!("full/nalgebra/{n} is left out: SPECTRAL_BENCH_LONG=1 for it");
+                continue;
+            }
+            let once = OnceCell::new();
+            group.bench_function(BenchmarkId::new(name, n), |b| {
+                if n <= REPEATED {
+                    b.iter(|| decompose(black_box(&graph)));
+                } else {
+                    let once = once.get_or_init(|| timed(|| decompose(&graph)));
+                    b.iter_custom(|iterations| *once * iterations as u32);
+                }
+            });
+        }
+        group.finish();
+    }
+}
+
+fn long_wished() -> bool {
+    std::env::var_os("SPECTRAL_BENCH_LONG").is_some()
+}
+
+fn timed(run: impl FnOnce() -> f64) -> Duration {
+    let start = Instant::now();
+    black_box(run());
+    start.elapsed()
+}
+
+/// Warm against cold.
+fn growth(c: &mut Criterion) {
+    for side in GROWN_SIDES {
         for (name, graph) in worlds(side) {
             let n = graph.rows();
-            let before = graphs::prefix(&graph, n - n / 20);
-            let mut group = c.benchmark_group(format!("update/{name}"));
-            group
-                .sample_size(10)
-                .measurement_time(Duration::from_secs(2));
-            for method in [Method::Warm, Method::Cold, Method::Full] {
-                if method == Method::Full && n > FULL_LIMIT {
-                    continue;
+            let mut group = group(c, &format!("growth/{name}"));
+            for percent in [1, 5, 20] {
+                let before = graphs::prefix(&graph, n * 100 / (100 + percent));
+                for method in [Method::Warm, Method::Cold] {
+                    let label = format!("{method:?} after {percent} %").to_lowercase();
+                    let id = BenchmarkId::new(label, n);
+                    refresh(&mut group, id, (method, 1e-2), (&before, &graph));
                 }
-                let mut known = spectrum(method, 1e-3);
-                if method == Method::Warm {
-                    known.refresh(&before).expect("valid graph");
-                }
-                let facts = known
-                    .clone()
-                    .refresh(&graph)
-                    .expect("valid graph")
-                    .convergence;
-                eprintln!(
-                    "{name} {n} {method:?}: {} columns multiplied, {} solved, {} converged",
-                    facts.applications, facts.solves, facts.converged
-                );
-                let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), n);
-                group.bench_function(id, |b| {
-                    b.iter_batched_ref(
-                        || known.clone(),
-                        |spectrum| spectrum.refresh(black_box(&graph)),
-                        BatchSize::PerIteration,
-                    );
-                });
             }
             group.finish();
         }
@@ -79,31 +179,33 @@ fn update(c: &mut Criterion) {
 /// Whole sequences from 64 nodes by 5 %.
 fn sequence(c: &mut Criterion) {
     for (name, graph) in worlds(100) {
-        let mut group = c.benchmark_group(format!("sequence/{name}"));
-        group
-            .sample_size(10)
-            .measurement_time(Duration::from_secs(8));
+        let mut group = group(c, &format!("sequence/{name}"));
         for method in [Method::Warm, Method::Cold] {
             let params = TrackParams {
                 method,
                 ..Default::default()
             };
-            let report = track(&graph, &params, |_| ()).expect("valid graph").report;
-            let total = |f: fn(&eigentrail::spectral::TrackUpdate) -> usize| {
-                report.updates.iter().map(f).sum::<usize>()
-            };
-            eprintln!(
-                "{name} 64 → {}, {method:?}: {} columns multiplied, {} solved",
-                report.n,
-                total(|u| u.applications),
-                total(|u| u.solves)
-            );
-            let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), report.n);
-            group.bench_function(id, |b| b.iter(|| track(black_box(&graph), &params, |_| ())));
+            let run = || track(&graph, &params, |_| ()).expect("valid graph").report;
+            let told = OnceCell::new();
+            let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), graph.rows());
+            group.bench_function(id, |b| {
+                told.get_or_init(|| tell_all(&run().updates));
+                b.iter(run);
+            });
         }
         group.finish();
     }
 }
 
-criterion_group!(benches, update, sequence);
+fn tell_all(updates: &[TrackUpdate]) {
+    let total = |count: fn(&TrackUpdate) -> usize| updates.iter().map(count).sum::<usize>();
+    eprintln!(
+        "  {} updates: {} columns multiplied, {} solved",
+        updates.len(),
+        total(|u| u.applications),
+        total(|u| u.solves)
+    );
+}
+
+criterion_group!(benches, full, growth, sequence);
 criterion_main!(benches);

@@ -89,9 +89,8 @@ class Comparison:
 
         row = self.row
         small = graphs.path_of(self.args.work, row.family, "1e4", row.order)
-        key = f"{peer} {row.family} {row.order} k={row.k} tau={row.tau:g}"
         job = dict(self.job, peer=peer, threads=1, file=str(small))
-        chosen = settings.calibrated(self.args.work / "settings.json", key, job, run_worker)
+        chosen = settings.calibrated(self.args.work / "settings.json", f"{row.family} {row.order}", job, run_worker)
         warm = peer in ("cholmod-warm", "primme", "lobpcg-amg")
         sizes = self.sizes if warm or row.kind == "sequence" else self.sizes[-1:]
         state = dict(settings=chosen, tightened=0)

@@ -6,6 +6,9 @@
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
 //! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
 //!
+//! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
+//! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.
+//!
 //! **When the last goal is lost** (it was entered and the episode went on), the first quest begins again, and known
 //! states that were not entered since then are as good a place to look as untried actions: the goal may have moved
 //! to any of them.
@@ -20,6 +23,7 @@ use super::distances::Distances;
 use super::frontier::FrontierSearch;
 use super::stale::StaleStates;
 use crate::env::Action;
+use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
 use quest::{Quest, QuestView};
@@ -62,6 +66,8 @@ pub struct Explorer {
     search_steps: u64,
     /// The plan is one of [`Quest::OtherGoal`].
     searching: bool,
+    /// A goal not seen yet may be worth more than those seen, at any distance.
+    goals_pay: bool,
     /// Some action has been seen to have two outcomes.
     stochastic: bool,
     /// An action counts as tried after this many tries.
@@ -88,6 +94,7 @@ impl Explorer {
             steps: 0,
             search_steps: 0,
             searching: false,
+            goals_pay: false,
             stochastic: false,
             tries_wanted: 1,
             rng,
@@ -140,6 +147,12 @@ impl Explorer {
             self.from_start.append(from, to);
             self.to_goal.append(from, to);
         }
+    }
+
+    /// Tells whether a goal has paid more than nothing. Where rewards are only costs the nearest goal is the best one, as
+    /// far as anybody can know; where goals pay, one not seen yet may pay more, wherever it is.
+    pub fn set_goals_pay(&mut self, goals_pay: bool) {
+        self.goals_pay = goals_pay;
     }
 
     /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).
@@ -266,8 +279,12 @@ impl Explorer {
             (_, Optimism::None) => false,
             (Quest::OtherGoal, Optimism::SeenGoals) => {
                 let trip = f64::from(self.to_goal.get(self.start));
-                let left =
-                    trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
+                let share = if self.goals_pay {
+                    self.params.reward_search_share
+                } else {
+                    self.params.search_share
+                };
+                let left = trip + share * self.steps as f64 - self.search_steps as f64;
                 if self.searching {
                     left > 0.0
                 } else {
@@ -296,7 +313,10 @@ impl Explorer {
             },
             stale: &self.stale,
             quest,
-            best: self.to_goal.get(self.start),
+            best: match quest {
+                Quest::OtherGoal if self.goals_pay => UNREACHED,
+                _ => self.to_goal.get(self.start),
+            },
         };
         let found = self
             .search

@@ -16,7 +16,7 @@ pub(super) enum Quest {
     FirstGoal,
     /// A shorter way to the goals seen.
     ShorterPath,
-    /// A goal not seen yet that is nearer than the best one seen.
+    /// A goal not seen yet that is nearer than the best one seen, or, where goals pay, one that may pay more.
     OtherGoal,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct QuestView<'a> {
     pub tries_wanted: u32,
     pub stale: &'a StaleStates,
     pub quest: Quest,
-    /// L, the steps of the best path known from the start to a goal.
+    /// L, the steps of the best path known from the start to a goal; unbounded where a longer one may be worth more.
     pub best: u32,
 }
 

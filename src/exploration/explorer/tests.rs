@@ -70,6 +70,24 @@ proptest! {
 }
 
 #[test]
+fn where_goals_pay_the_search_goes_on_beyond_the_nearest() {
+    let seen = |goals_pay: bool, seed: u64| {
+        let mut follower = Follower::new(open(6), &[(2, 0)], Optimism::SeenGoals, seed);
+        follower.explorer.set_goals_pay(goals_pay);
+        let lengths: Vec<_> = (0..100).map(|_| follower.episode(400)).collect();
+        assert_eq!(lengths[99], Some(2), "{lengths:?}");
+        follower.names.len()
+    };
+    // How many states there were to see before the first goal is chance.
+    let missed = (0..10).filter(|&seed| seen(false, seed) < 36).count();
+    assert!(missed >= 5, "the nearest goal is near: {missed}");
+    for seed in 0..10 {
+        let all = seen(true, seed);
+        assert_eq!(all, 36, "any state might have been a richer goal");
+    }
+}
+
+#[test]
 fn a_goal_that_moved_is_found_again() {
     for seed in 0..10 {
         let mut follower = Follower::new(open(6), &[(35, 0)], Optimism::SeenGoals, seed);
