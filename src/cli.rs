@@ -2,6 +2,7 @@
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Turns the graph an agent is still discovering into a reward it can follow.
@@ -96,6 +97,8 @@ pub enum Command {
     Potential(Potential),
     /// Show runs side by side, or a comparison, as one HTML page that needs nothing else
     Report(Report),
+    /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
+    Export(Export),
     /// Draw a scenario with and without shaping as one SVG, or the source report's figures 4 to 9
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
@@ -144,6 +147,12 @@ pub struct Run {
     /// Do not write report.html into the run folder
     #[arg(long)]
     pub no_report: bool,
+    /// Do not write an event file for TensorBoard
+    #[arg(long)]
+    pub no_tensorboard: bool,
+    /// Show the run in the browser while it goes on [default address: 127.0.0.1:8765; port 0 takes any]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", value_parser = address)]
+    pub serve: Option<SocketAddr>,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
@@ -321,6 +330,39 @@ pub struct Report {
     pub out: PathBuf,
 }
 
+/// `eigentrail export`
+#[derive(Args, Debug)]
+pub struct Export {
+    /// A run folder, or one seed folder in it
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// As what
+    #[arg(long, value_name = "FORMAT")]
+    pub to: ExportFormat,
+    /// Write to PATH, a folder for csv and parquet, a file for the others, or - for a graph to stdout
+    /// [default: export, export.npz, graph.graphml or graph.dot]
+    #[arg(short, long, value_name = "PATH")]
+    pub out: Option<PathBuf>,
+    /// Replace what is there
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// As what a run is exported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// A folder of episodes, refreshes, states and transitions as CSV
+    Csv,
+    /// The same as Parquet, for pandas, Polars and DuckDB (needs the feature `parquet`)
+    Parquet,
+    /// One file of NumPy arrays: every column, and the eigenvectors
+    Npz,
+    /// The graph, for Gephi, yEd, networkx and igraph
+    Graphml,
+    /// The graph, for Graphviz
+    Dot,
+}
+
 /// `eigentrail figures`
 #[derive(Args, Debug)]
 pub struct Figures {
@@ -367,6 +409,12 @@ fn thread_count(text: &str) -> Result<usize, String> {
         Ok(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
         _ => Err(format!("expected a whole number from 1 to {MOST_THREADS}")),
     }
+}
+
+/// Where to listen.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "expected an address with a port, such as 127.0.0.1:8765".to_owned())
 }
 
 /// Any whole number of 64 bits.

@@ -1,6 +1,7 @@
 //! Everything that can go wrong, and whose fault it is.
 
 use crate::engine::PipelineError;
+use crate::export::ExportError;
 use crate::graph::MatrixMarketError;
 use crate::runner::RunnerError;
 use crate::scenario::ScenarioError;
@@ -20,6 +21,9 @@ pub enum Error {
     /// A file or folder around a run could not be used.
     #[error(transparent)]
     Runner(#[from] RunnerError),
+    /// A run could not be exported.
+    #[error(transparent)]
+    Export(#[from] ExportError),
     /// A run could not go on.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
@@ -50,6 +54,7 @@ impl Error {
         let bad_input = match self {
             Error::Scenario(_) | Error::MatrixMarket(_) => true,
             Error::Runner(error) => error.is_bad_input(),
+            Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),
             Error::Shaping(error) => matches!(
                 error,

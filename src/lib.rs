@@ -12,6 +12,8 @@
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
 //! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
+//! - [`serve`], [`export`]: a run in the browser while it goes on, and for other programs afterwards.
+//! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
 
@@ -20,6 +22,7 @@ pub mod engine;
 pub mod env;
 pub mod error;
 pub mod exploration;
+pub mod export;
 pub mod features;
 pub mod gcn;
 pub mod graph;
@@ -27,7 +30,9 @@ pub mod report;
 pub mod runner;
 pub mod scenario;
 pub mod seeds;
+pub mod serve;
 pub mod shaping;
 pub mod spectral;
 pub mod telemetry;
+pub mod tensorboard;
 mod vector_state;

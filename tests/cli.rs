@@ -566,6 +566,7 @@ mod runs {
             "refreshes.csv",
             "timings.csv",
             "events.jsonl",
+            "events.out.tfevents.0.eigentrail",
             "states.csv",
             "potential.npy",
             "eigenvectors.npy",
@@ -627,7 +628,7 @@ mod runs {
             for entry in fs::read_dir(&seed).unwrap() {
                 let file = entry.unwrap().path();
                 let name = file.file_name().unwrap().to_str().unwrap();
-                if name == "timings.csv" || name == "events.jsonl" {
+                if name == "timings.csv" || name.starts_with("events.") {
                     continue;
                 }
                 let other = b.join(seed.file_name().unwrap()).join(name);
@@ -1163,7 +1164,15 @@ mod words {
     fn help_is_stable() {
         let program = Program::new();
         insta::assert_snapshot!("help", program.prints(&["--help"]));
-        for command in ["run", "check", "show", "track", "potential", "new"] {
+        for command in [
+            "run",
+            "check",
+            "show",
+            "track",
+            "potential",
+            "export",
+            "new",
+        ] {
             insta::assert_snapshot!(
                 format!("help_{command}"),
                 program.prints(&[command, "--help"])

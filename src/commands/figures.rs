@@ -5,7 +5,7 @@ use crate::cli;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
 use eigentrail::report::{RecordedRun, overview};
-use eigentrail::runner::{self, Existing, RunRequest, Watch};
+use eigentrail::runner::{self, Existing, Outlets, RunRequest, Watch};
 use eigentrail::scenario::{Loaded, Scenario, World};
 use eigentrail::telemetry::Telemetry;
 use std::path::Path;
@@ -19,6 +19,7 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         events: &telemetry.events,
         stop: &stop,
         on_episode: &mut |_| (),
+        outlets: Outlets::default(),
     };
     let sets = &args.sets;
     let Some(scenario) = &args.scenario else {

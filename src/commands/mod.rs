@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+mod export;
 mod figures;
 mod gallery;
 mod info;
@@ -61,6 +62,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
         }
         Command::Potential(args) => potential::potential(args),
+        Command::Export(args) => export::export(args),
         Command::Report(args) => report::report(args),
         Command::Figures(args) => figures::figures(args, &telemetry),
         Command::Schema => info::schema(),

@@ -1,15 +1,16 @@
 //! `eigentrail run`
 
 use super::progress::Progress;
-use super::{Ending, print, print_json, stop_on_interrupt};
+use super::{BadInput, Ending, print, print_json, stop_on_interrupt};
 use crate::cli;
 use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::report::{RunLine, render_run};
-use eigentrail::runner::{self, Existing, RunRequest, Watch};
+use eigentrail::runner::{self, Existing, Follower, Outlets, RunRequest, Watch};
 use eigentrail::scenario::Scenario;
+use eigentrail::serve::{Server, Title};
 use eigentrail::telemetry::Telemetry;
-use tracing::info;
+use tracing::{info, warn};
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
     let loaded =
@@ -22,6 +23,7 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         arguments: std::env::args().collect(),
     };
     let stop = stop_on_interrupt()?;
+    let server = serve(args, scenario, &request)?;
     let mut progress = Progress::new(telemetry, bars, "episodes", scenario.run.episodes as u64);
     let mut watch = Watch {
         events: &telemetry.events,
@@ -30,9 +32,14 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
             let detail = || format!("{} steps, {} states", record.step, record.nodes);
             progress.reach(record.episode + 1, detail);
         },
+        outlets: Outlets {
+            tensorboard: !args.no_tensorboard,
+            follower: server.as_ref().map(|server| server as &dyn Follower),
+        },
     };
     let report = runner::run(&loaded, &request, &mut watch)?;
     drop(progress);
+    drop(server); // browsers are shown the end before the page is written
     if report.was_finished {
         info!(
             seed = request.seed,
@@ -63,6 +70,28 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
     } else {
         Ending::Interrupted
     })
+}
+
+/// The server of the live page, if one is asked for.
+fn serve(args: &cli::Run, scenario: &Scenario, request: &RunRequest) -> Result<Option<Server>> {
+    let Some(address) = args.serve else {
+        return Ok(None);
+    };
+    let title = Title {
+        name: scenario.name.clone(),
+        scenario: scenario.clone(),
+        arguments: request.arguments.clone(),
+    };
+    let server = Server::start(address, title).map_err(|error| {
+        let hint = "another run may be there; port 0 takes any that is free";
+        BadInput(format!("--serve={address}: cannot listen: {error}; {hint}"))
+    })?;
+    let address = server.address();
+    if !address.ip().is_loopback() {
+        warn!(%address, "the live page can be read by whoever reaches this address");
+    }
+    eprintln!("live at http://{address}/ until the run ends");
+    Ok(Some(server))
 }
 
 fn existing(args: &cli::Run) -> Existing {

@@ -98,7 +98,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
                 on_refresh(refresh, &self.pipeline);
             }
             let reward = step.reward + seen.bonus;
-            self.agent.update(&Experience {
+            let learnt = self.agent.update(&Experience {
                 state,
                 action,
                 reward,
@@ -110,6 +110,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
                 status: step.status,
             });
             record.length += 1;
+            record.td_squares += learnt.td_error * learnt.td_error;
             record.plain_return += step.reward;
             record.shaped_return += reward + seen.shaping;
             state = seen.state;
@@ -182,6 +183,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             length: 0,
             plain_return: 0.0,
             shaped_return: 0.0,
+            td_squares: 0.0,
             status: StepStatus::Running,
             nodes: 0,
             edges: 0,

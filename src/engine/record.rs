@@ -19,6 +19,8 @@ pub struct EpisodeRecord {
     pub plain_return: f64,
     /// Σ (r + F), what the agent learnt from.
     pub shaped_return: f64,
+    /// Σ δ², the squared errors of the agent's predictions; 0 for agents that make none.
+    pub td_squares: f64,
     /// Terminated or truncated.
     pub status: StepStatus,
     /// States known at its end.

@@ -8,6 +8,7 @@ mod comparison;
 mod comparison_table;
 mod figure;
 mod map;
+mod map_png;
 mod page;
 mod recorded;
 mod recorded_comparison;
@@ -25,7 +26,8 @@ pub use comparison::{
 pub use comparison_table::{TableStyle, render_comparison, render_overview};
 pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
 pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
-pub use page::{html_comparison, html_report, report_data};
+pub use map_png::png_of_values;
+pub use page::{html_comparison, html_report, live_page, report_data};
 pub use recorded::{EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use sparkline::sparkline;

@@ -1,7 +1,7 @@
 //! Files that are never half written.
 //!
-//! A whole file is written beside its place and renamed onto it. A table that grows is handed to the operating
-//! system in whole lines, and cut back to its last whole line if that fails.
+//! A whole file is written beside its place and renamed onto it. A file that grows is handed to the operating system in
+//! whole lines or records, and cut back to the last whole one if that fails.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -124,16 +124,52 @@ pub fn read_npy(path: &Path) -> io::Result<(Vec<usize>, Vec<f64>)> {
     Ok((shape, file.into_vec::<f64>()?))
 }
 
+/// A file that grows by whole pieces: a piece is in it entirely or, if it cannot be written, not at all.
+#[derive(Debug)]
+pub struct GrowingFile {
+    path: PathBuf,
+    file: File,
+    length: u64,
+}
+
+impl GrowingFile {
+    /// Begins the file anew.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            path: path.to_owned(),
+            file: File::create(path)?,
+            length: 0,
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether nothing has been written yet.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Writes `piece` behind what is there.
+    pub fn append(&mut self, piece: &[u8]) -> io::Result<()> {
+        if let Err(error) = self.file.write_all(piece) {
+            self.file.set_len(self.length)?;
+            return Err(error);
+        }
+        self.length += piece.len() as u64;
+        Ok(())
+    }
+}
+
 /// How long rows may wait in memory.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A CSV file that grows row by row. Rows reach the file at least every two seconds, as long as more of them come.
 #[derive(Debug)]
 pub struct Table {
-    path: PathBuf,
-    file: File,
-    /// Bytes of whole lines in the file.
-    length: u64,
+    file: GrowingFile,
     rows: csv::Writer<Vec<u8>>,
     flushed: Instant,
 }
@@ -142,9 +178,7 @@ impl Table {
     /// Begins the file anew. The header comes with the first row.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
-            path: path.to_owned(),
-            file: File::create(path)?,
-            length: 0,
+            file: GrowingFile::create(path)?,
             rows: csv::Writer::from_writer(Vec::new()),
             flushed: Instant::now(),
         })
@@ -152,7 +186,7 @@ impl Table {
 
     /// The file.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.file.path()
     }
 
     /// Appends a row.
@@ -168,14 +202,9 @@ impl Table {
     pub fn flush(&mut self) -> io::Result<()> {
         self.flushed = Instant::now();
         self.rows.flush()?;
-        let lines = self.rows.get_ref();
-        if let Err(error) = self.file.write_all(lines) {
-            self.file.set_len(self.length)?;
-            return Err(error);
-        }
-        self.length += lines.len() as u64;
+        self.file.append(self.rows.get_ref())?;
         self.rows = csv::WriterBuilder::new()
-            .has_headers(self.length == 0)
+            .has_headers(self.file.is_empty())
             .from_writer(Vec::new());
         Ok(())
     }

@@ -8,7 +8,7 @@
 //!   summary.json    the results; all clock readings stand in its object `timing`
 //!   report.html     all of it to look at
 //!   seed-0000/      episodes.csv refreshes.csv timings.csv events.jsonl potential.npy eigenvectors.npy
-//!                   states.csv graph.csv policy.csv snapshots.json
+//!                   states.csv graph.csv policy.csv snapshots.json events.out.tfevents.0.eigentrail
 //! ```
 
 use super::error::RunnerError;

@@ -10,6 +10,7 @@ use super::files::write_atomically;
 use crate::agent::Agent;
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
+use petgraph::visit::EdgeRef;
 use serde::Deserialize;
 use std::io::Write;
 use std::path::Path;
@@ -54,12 +55,9 @@ pub fn write_graph_files(
     let path = folder.join("graph.csv");
     write_atomically(&path, |file| {
         writeln!(file, "from,action,to,count,reward_sum,terminal")?;
-        let digraph = graph.digraph();
-        for edge in digraph.edge_indices() {
-            let (from, to) = digraph.edge_endpoints(edge).expect("an edge has ends");
-            let stats = &digraph[edge];
-            let (from, to, action) = (from.index(), to.index(), stats.action.0);
-            let (count, sum, terminal) = (stats.count, stats.reward_sum, stats.terminal);
+        for row in graph_rows(graph) {
+            let (from, action, to, count) = (row.from, row.action, row.to, row.count);
+            let (sum, terminal) = (row.reward_sum, row.terminal);
             writeln!(file, "{from},{action},{to},{count},{sum},{terminal}")?;
         }
         Ok(())
@@ -68,17 +66,47 @@ pub fn write_graph_files(
     let path = folder.join("policy.csv");
     write_atomically(&path, |file| {
         writeln!(file, "state,visits,greedy")?;
-        for state in (0..graph.num_states()).map(|s| StateId(s as u32)) {
-            let actions = (0..graph.num_actions()).map(|a| Action(a as u16));
-            let visits: u64 = actions.map(|a| u64::from(graph.tries(state, a))).sum();
-            match agent.greedy_action(state) {
-                Some(action) => writeln!(file, "{},{visits},{}", state.0, action.0)?,
-                None => writeln!(file, "{},{visits},", state.0)?,
+        for row in policy_rows(graph, agent) {
+            match row.greedy {
+                Some(action) => writeln!(file, "{},{},{action}", row.state, row.visits)?,
+                None => writeln!(file, "{},{},", row.state, row.visits)?,
             }
         }
         Ok(())
     })
     .map_err(RunnerError::write(&path))
+}
+
+/// The rows of `graph.csv`, in the order in which the transitions were first seen.
+pub(super) fn graph_rows(graph: &TransitionGraph) -> impl Iterator<Item = GraphRow> {
+    let digraph = graph.digraph();
+    digraph.edge_references().map(|edge| {
+        let stats = edge.weight();
+        GraphRow {
+            from: edge.source().index() as u32,
+            action: stats.action.0,
+            to: edge.target().index() as u32,
+            count: stats.count,
+            reward_sum: stats.reward_sum,
+            terminal: stats.terminal,
+        }
+    })
+}
+
+/// The rows of `policy.csv`, by state.
+pub(super) fn policy_rows(
+    graph: &TransitionGraph,
+    agent: &impl Agent,
+) -> impl Iterator<Item = PolicyRow> {
+    (0..graph.num_states() as u32).map(|state| {
+        let actions = (0..graph.num_actions()).map(|a| Action(a as u16));
+        let tries = actions.map(|action| u64::from(graph.tries(StateId(state), action)));
+        PolicyRow {
+            state,
+            visits: tries.sum(),
+            greedy: agent.greedy_action(StateId(state)).map(|action| action.0),
+        }
+    })
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
+mod board;
 mod build;
 mod compare;
 mod crew;
@@ -12,25 +13,31 @@ mod error;
 mod estimate;
 pub mod files;
 mod folder;
+mod follow;
 mod graph_files;
+mod ledger;
 mod phases;
+mod places;
 mod potential;
 mod records;
 mod run;
 mod session;
 mod snapshots;
 pub mod statistics;
+mod thinning;
 mod trial;
 
+pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Compared, Trial, compare};
 pub use error::RunnerError;
 pub use estimate::estimated_bytes;
 pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
+pub use follow::{Follower, Moment};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
-pub use run::{SeedOutcome, Watch, run_seed};
+pub use run::{Outlets, SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
 pub use snapshots::{Snapshot, Snapshots, read_snapshots};
 pub use trial::{TrialOutcome, run_trial};

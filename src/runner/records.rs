@@ -229,7 +229,7 @@ fn write_error(path: &Path, source: std::io::Error) -> RunnerError {
     }
 }
 
-fn status_name(status: StepStatus) -> &'static str {
+pub(super) fn status_name(status: StepStatus) -> &'static str {
     match status {
         StepStatus::Running => "running",
         StepStatus::Terminated => "terminated",

@@ -1,27 +1,21 @@
 //! One seed of a scenario: the loop over episodes, its records, its numbers.
 
 use super::build::{build_engine, move_goals};
-use super::error::RunnerError;
-use super::graph_files::write_graph_files;
+use super::follow::Follower;
+use super::ledger::Ledger;
 use super::phases::{Phases, Worlds, Yardstick};
-use super::records::SeedRecords;
-use super::snapshots::Snapshots;
+use super::places::Places;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
-use crate::env::Model;
+use crate::env::{MdpState, Model};
 use crate::error::Error;
-use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
 use crate::scenario::Scenario;
-use crate::shaping::Potential;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tracing::{info, info_span, trace_span};
-
-/// How often the event file is brought up to date.
-const FLUSH_EVERY: Duration = Duration::from_secs(2);
 
 /// Who watches a run, and may stop it.
 pub struct Watch<'a> {
@@ -31,6 +25,17 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Told of each episode as it ends.
     pub on_episode: &'a mut dyn FnMut(&EpisodeRecord),
+    /// Where else the run is shown.
+    pub outlets: Outlets<'a>,
+}
+
+/// Where a run is shown beside its result files.
+#[derive(Clone, Copy, Default)]
+pub struct Outlets<'a> {
+    /// In an event file for TensorBoard.
+    pub tensorboard: bool,
+    /// To whom follows it while it goes on.
+    pub follower: Option<&'a dyn Follower>,
 }
 
 /// What one seed came to.
@@ -56,16 +61,12 @@ pub fn run_seed(
 ) -> Result<SeedOutcome, Error> {
     match Worlds::of(scenario, seed) {
         Worlds::Grid(worlds) => {
-            let layout = worlds.first.layout().clone();
-            run_in(scenario, worlds, seed, folder, watch, "row,col", |cell| {
-                let (row, col) = layout.position(*cell);
-                format!("{row},{col}")
-            })
+            let places = Places::on_map(worlds.first.layout());
+            run_in(scenario, worlds, seed, folder, watch, &places)
         }
         Worlds::Listed(worlds, names) => {
-            run_in(scenario, worlds, seed, folder, watch, "name", |state| {
-                csv_field(&names[state.index()])
-            })
+            let places = Places::named(names, |state: &MdpState| state.index());
+            run_in(scenario, worlds, seed, folder, watch, &places)
         }
     }
 }
@@ -76,27 +77,20 @@ fn run_in<E>(
     seed: u64,
     folder: &Path,
     watch: &mut Watch<'_>,
-    columns: &str,
-    label: impl Fn(&E::State) -> String,
+    places: &Places<E::State>,
 ) -> Result<SeedOutcome, Error>
 where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let begun = Instant::now();
-    let mut tally = Tally::new(worlds.yardstick());
-    let mut records = SeedRecords::create(folder)?;
-    let events_path = folder.join("events.jsonl");
-    let events = watch.events.open(&events_path);
-    let events = events.map_err(RunnerError::write(&events_path))?;
+    let mut tally = Tally::new(scenario, seed, worlds.yardstick());
+    let mut ledger = Ledger::create(scenario, seed, folder, places, watch.events, watch.outlets)?;
     let mut engine = build_engine(scenario, worlds.first.clone(), seed);
-    let mut snapshots = Snapshots::default();
-
     let span = info_span!(
         telemetry::RUN,
         scenario = scenario.name,
         seed,
-        log = events.number()
+        log = ledger.log_number()
     );
     let played = span.in_scope(|| {
         play(
@@ -104,52 +98,34 @@ where
             scenario,
             &mut worlds,
             &mut tally,
-            &mut records,
-            &mut snapshots,
+            &mut ledger,
             watch,
-            || events.flush().map_err(RunnerError::write(&events_path)),
         )
     });
     drop(span); // its line is the last one of the event file
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
-    let flushed = records.flush();
-    let logged = events.flush().map_err(RunnerError::write(&events_path));
+    let flushed = ledger.flush();
     played?;
     flushed?;
-    logged?;
-
-    let graph = engine.pipeline().graph();
-    let states = || (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
-    let table = engine.pipeline().potential();
-    let potential: Vec<f64> = states().map(|state| table.value(state)).collect();
-    let pairs = engine.pipeline().spectrum().eigenpairs();
-    let vectors = pairs.map(|pairs| pairs.vectors.as_ref());
-    let labels = states().map(|state| label(graph.state(state)));
-    records.finish(&potential, vectors, columns, labels)?;
-    snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
-    write_graph_files(folder, graph.transitions(), engine.agent())?;
-    Ok(tally.outcome(scenario, seed, &engine, begun.elapsed()))
+    ledger.tell(&tally, &engine);
+    ledger.close(&engine)?;
+    Ok(tally.outcome(&engine))
 }
 
 /// The episodes.
-#[allow(clippy::too_many_arguments, reason = "the parts of one run")]
 fn play<E>(
     engine: &mut Engine<E, AnyAgent>,
     scenario: &Scenario,
     worlds: &mut Phases<E>,
     tally: &mut Tally,
-    records: &mut SeedRecords,
-    snapshots: &mut Snapshots,
+    ledger: &mut Ledger<'_, E::State>,
     watch: &mut Watch<'_>,
-    flush_events: impl Fn() -> Result<(), RunnerError>,
 ) -> Result<(), Error>
 where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let mut flushed = Instant::now();
-    let episodes = scenario.run.episodes;
-    while tally.lengths.len() < episodes && !watch.stop.load(Ordering::Relaxed) {
+    while !tally.is_complete() && !watch.stop.load(Ordering::Relaxed) {
         if let Some(world) = worlds.take_moved(tally.lengths.len()) {
             info!(name: "goals_moved", episode = tally.lengths.len(), step = engine.steps(), "goals_moved");
             move_goals(scenario, engine, world);
@@ -159,28 +135,30 @@ where
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
         let _in_episode = span.enter();
         let record = engine.run_episode(|refresh, pipeline| {
-            snapshots.refreshed(refresh.step, pipeline);
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
             tally.gcn_fits += usize::from(fit.is_some());
             if written.is_ok() {
-                written = records.refresh(refresh);
+                written = ledger.refreshed(refresh, pipeline);
             }
         })?;
         written?;
         tally.count(&record);
-        records.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
-        (watch.on_episode)(&record);
-        if flushed.elapsed() >= FLUSH_EVERY {
-            flushed = Instant::now();
-            flush_events()?;
+        ledger.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
+        if ledger.is_due() {
+            ledger.tell(tally, engine);
         }
+        (watch.on_episode)(&record);
     }
     Ok(())
 }
 
 /// The sums over episodes.
-struct Tally {
+pub(super) struct Tally {
+    seed: u64,
+    /// As many as there are to be.
+    episodes: usize,
+    begun: Instant,
     yardstick: Yardstick,
     lengths: Vec<u32>,
     returns: f64,
@@ -189,14 +167,21 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(yardstick: Yardstick) -> Self {
+    fn new(scenario: &Scenario, seed: u64, yardstick: Yardstick) -> Self {
         Self {
+            seed,
+            episodes: scenario.run.episodes,
+            begun: Instant::now(),
             yardstick,
             lengths: Vec::new(),
             returns: 0.0,
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.lengths.len() >= self.episodes
     }
 
     fn count(&mut self, record: &EpisodeRecord) {
@@ -210,19 +195,17 @@ impl Tally {
         self.yardstick.expected_return(self.lengths.len()) - self.returns
     }
 
-    fn outcome<E: Model>(
-        self,
-        scenario: &Scenario,
-        seed: u64,
+    /// What it comes to so far.
+    pub(super) fn result<E: Model>(
+        &self,
         engine: &Engine<E, AnyAgent>,
-        elapsed: Duration,
-    ) -> SeedOutcome {
+    ) -> (SeedResult, SeedTiming) {
         let graph = engine.pipeline().transitions();
-        let wall_seconds = elapsed.as_secs_f64();
+        let wall_seconds = self.begun.elapsed().as_secs_f64();
         let episodes = self.lengths.len();
         let result = SeedResult {
-            seed,
-            finished: episodes == scenario.run.episodes,
+            seed: self.seed,
+            finished: self.is_complete(),
             episodes,
             steps: engine.steps(),
             regret: self.regret(),
@@ -236,23 +219,19 @@ impl Tally {
             gcn_fits: self.gcn_fits,
         };
         let timing = SeedTiming {
-            seed,
+            seed: self.seed,
             wall_seconds,
             steps_per_second: result.steps as f64 / wall_seconds,
         };
+        (result, timing)
+    }
+
+    fn outcome<E: Model>(self, engine: &Engine<E, AnyAgent>) -> SeedOutcome {
+        let (result, timing) = self.result(engine);
         SeedOutcome {
             result,
             timing,
             steps_per_episode: self.lengths,
         }
-    }
-}
-
-/// A name as a field of a CSV line, quoted if it must be.
-fn csv_field(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
     }
 }

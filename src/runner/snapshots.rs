@@ -85,6 +85,16 @@ impl Snapshots {
         write_compact_json(&path, &self.frames).map_err(RunnerError::write(&path))
     }
 
+    /// The frames so far, and how things stand at `step`.
+    pub(super) fn up_to_now<S: Clone + Eq + Hash>(
+        &self,
+        step: u64,
+        pipeline: &ShapingPipeline<S>,
+    ) -> Vec<Snapshot> {
+        let now = Snapshot::of(step, pipeline, self.frames.last());
+        self.frames.iter().cloned().chain([now]).collect()
+    }
+
     fn push<S: Clone + Eq + Hash>(&mut self, step: u64, pipeline: &ShapingPipeline<S>) {
         let frame = Snapshot::of(step, pipeline, self.frames.last());
         self.frames.push(frame);

@@ -44,7 +44,31 @@ impl TryFrom<Saved> for TransitionGraph {
     type Error = GraphError;
 
     fn try_from(saved: Saved) -> Result<Self, GraphError> {
-        let (nodes, num_actions) = (saved.num_states, saved.num_actions);
+        let transitions = saved.transitions.into_iter();
+        let transitions = transitions.map(|(from, action, to, count, reward_sum, terminal)| {
+            let stats = TransitionStats {
+                action: Action(action),
+                count,
+                reward_sum,
+                terminal,
+            };
+            (StateId(from), stats, StateId(to))
+        });
+        TransitionGraph::from_transitions(saved.num_actions, saved.num_states, transitions)
+    }
+}
+
+impl TransitionGraph {
+    /// The graph of so many states and actions in which these transitions were seen, each listed once, in the order in
+    /// which they were first seen. O(transitions · out-degree).
+    ///
+    /// # Errors
+    /// If a number is out of range, or a transition was taken 0 times or is listed twice.
+    pub fn from_transitions(
+        num_actions: usize,
+        num_states: usize,
+        transitions: impl IntoIterator<Item = (StateId, TransitionStats, StateId)>,
+    ) -> Result<Self, GraphError> {
         if !(1..=1 << 16).contains(&num_actions) {
             return Err(GraphError::Damaged {
                 what: "actions",
@@ -53,35 +77,27 @@ impl TryFrom<Saved> for TransitionGraph {
             });
         }
         let mut graph = TransitionGraph::new(num_actions);
-        (0..nodes).for_each(|_| {
+        (0..num_states).for_each(|_| {
             graph.add_state();
         });
-        for (from, action, to, count, reward_sum, terminal) in saved.transitions {
-            if let Some(node) = [from, to].into_iter().find(|&node| node as usize >= nodes) {
-                return Err(GraphError::NodeOutOfRange { node, nodes });
+        for (from, stats, to) in transitions {
+            if let Some(node) = [from, to].iter().find(|node| node.index() >= num_states) {
+                return Err(GraphError::NodeOutOfRange {
+                    node: node.0,
+                    nodes: num_states,
+                });
             }
-            if usize::from(action) >= num_actions {
+            if stats.action.index() >= num_actions {
                 return Err(GraphError::ActionOutOfRange {
-                    action,
+                    action: stats.action.0,
                     num_actions,
                 });
             }
-            graph.restore(
-                StateId(from),
-                TransitionStats {
-                    action: Action(action),
-                    count,
-                    reward_sum,
-                    terminal,
-                },
-                StateId(to),
-            )?;
+            graph.restore(from, stats, to)?;
         }
         Ok(graph)
     }
-}
 
-impl TransitionGraph {
     /// Puts back one saved transition.
     fn restore(
         &mut self,

@@ -32,18 +32,20 @@ const SCRIPTS: [&str; 6] = [
     include_str!("page.js"),
     include_str!("selftest.js"),
 ];
+/// Only of the served page, after the others: draws again what the server sends.
+const LIVE: &str = include_str!("live.js");
 
 /// The page about `runs`, the first of which gives it its title.
 ///
 /// # Panics
 /// If there are no runs.
 pub fn html_report(runs: &[RecordedRun]) -> String {
-    page(run::of_runs(runs))
+    page_about(run::of_runs(runs))
 }
 
 /// The page about a comparison.
 pub fn html_comparison(recorded: &RecordedComparison) -> String {
-    page(comparison::of_comparison(recorded))
+    page_about(comparison::of_comparison(recorded))
 }
 
 /// The object that the page about `runs` is drawn from, as JSON, below five million bytes.
@@ -54,13 +56,25 @@ pub fn report_data(runs: &[RecordedRun]) -> String {
     fitted(&mut run::of_runs(runs))
 }
 
-fn page(mut data: PageData) -> String {
+/// The page drawn from `data`, and drawn again whenever the server it comes from sends newer data.
+pub fn live_page(title: &str, data: &str) -> String {
+    const NO_REQUESTS: &str = "default-src 'none'";
+    let page = page(title, data, &[&SCRIPTS[..], &[LIVE]].concat());
+    page.replacen(NO_REQUESTS, "default-src 'none'; connect-src 'self'", 1)
+}
+
+fn page_about(mut data: PageData) -> String {
+    let json = fitted(&mut data);
+    page(&data.title, &json, &SCRIPTS)
+}
+
+fn page(title: &str, data: &str, scripts: &[&str]) -> String {
     // Inside <script>, `</` and `<!--` would be markup.
-    let json = fitted(&mut data).replace('<', "\\u003c");
-    HTML.replace("{{title}}", &escaped(&data.title))
+    let data = data.replace('<', "\\u003c");
+    HTML.replace("{{title}}", &escaped(title))
         .replace("{{style}}", STYLE)
-        .replace("{{script}}", &SCRIPTS.concat())
-        .replace("{{data}}", &json)
+        .replace("{{script}}", &scripts.concat())
+        .replace("{{data}}", &data)
 }
 
 /// As JSON, thinned until it is short enough.

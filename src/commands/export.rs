@@ -1,0 +1,60 @@
+//! `eigentrail export`
+
+use super::{Ending, Stdout, print};
+use crate::cli::{self, ExportFormat};
+use anyhow::{Context, Result};
+use eigentrail::error::Error;
+use eigentrail::export::{self, Format, Source};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+pub fn export(args: &cli::Export) -> Result<Ending> {
+    let format = format(args.to);
+    let source = Source::open(&args.run).map_err(Error::from)?;
+    if args.out.as_deref() == Some(Path::new("-")) {
+        return to_stdout(&source, format);
+    }
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => default_out(format),
+    };
+    let files = export::export(&source, format, &out, args.force).map_err(Error::from)?;
+    for file in files {
+        print(&format!("written to {}", file.display()))?;
+    }
+    Ok(Ending::Done)
+}
+
+/// Only a graph is one text.
+fn to_stdout(source: &Source, format: Format) -> Result<Ending> {
+    if !matches!(format, Format::GraphMl | Format::Dot) {
+        let message = "-o -: only graphml and dot can go to stdout; name a file or folder";
+        return Err(super::BadInput(message.to_owned()).into());
+    }
+    let seed = source.only_seed().map_err(Error::from)?;
+    let graph = seed.graph().map_err(Error::from)?;
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    export::write_graph(&mut out, &graph, format)
+        .and_then(|()| out.flush())
+        .context(Stdout)?;
+    Ok(Ending::Done)
+}
+
+fn format(choice: ExportFormat) -> Format {
+    match choice {
+        ExportFormat::Csv => Format::Csv,
+        ExportFormat::Parquet => Format::Parquet,
+        ExportFormat::Npz => Format::Npz,
+        ExportFormat::Graphml => Format::GraphMl,
+        ExportFormat::Dot => Format::Dot,
+    }
+}
+
+fn default_out(format: Format) -> PathBuf {
+    PathBuf::from(match format {
+        Format::Csv | Format::Parquet => "export",
+        Format::Npz => "export.npz",
+        Format::GraphMl => "graph.graphml",
+        Format::Dot => "graph.dot",
+    })
+}
