@@ -65,7 +65,7 @@ class Comparison:
         start = 64 if row.kind == "sequence" else round(n / (1 + GROWTH))
         self.sizes = problem.sizes(n, GROWTH, start)
         self.exact = reference.lists(file, self.sizes, args.work, note)
-        self.job = dict(file=str(file), k=row.k, tau=row.tau, threads=row.threads, growth=GROWTH, sizes=self.sizes, flags=args.flag)
+        self.job = dict(file=str(file), k=row.k, tau=row.tau, threads=row.threads, growth=GROWTH, sizes=self.sizes, unit=float(self.exact[0][row.k - 1]), flags=args.flag)
 
     def run(self) -> dict:
         contenders = {"eigentrail": self.ours, **{peer: self.peer(peer) for peer in self.row.peers}}
