@@ -8,7 +8,7 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use eigentrail::agent::{AgentParams, AnyAgent, build_agent};
-use eigentrail::engine::{Engine, PipelineParams, ShapingPipeline};
+use eigentrail::engine::{Engine, PipelineParams, ScheduleParams, ShapingPipeline};
 use eigentrail::env::{Doors, GridWorld, GridWorldParams, Landmark, Layout};
 use eigentrail::exploration::{ExplorationKind, ExplorationParams, Optimism};
 use eigentrail::seeds::{Stream, stream};
@@ -41,6 +41,7 @@ fn engine(
     layout: &Layout,
     potential: PotentialKind,
     exploration: ExplorationParams,
+    schedule: ScheduleParams,
 ) -> Engine<GridWorld, AnyAgent> {
     let rng = stream(0, Stream::Environment);
     let world = GridWorld::new(layout.clone(), GridWorldParams::default(), rng);
@@ -50,6 +51,7 @@ fn engine(
             ..Default::default()
         },
         exploration,
+        schedule,
         gamma: 1.0,
         ..Default::default()
     };
@@ -83,6 +85,15 @@ fn settled() -> ExplorationParams {
     }
 }
 
+/// One fit at the first goal, and hardly another one: a softmax policy goes on trying what was never tried.
+fn fit_once() -> ScheduleParams {
+    ScheduleParams {
+        growth: 1.0,
+        refit_share: 1e6,
+        ..Default::default()
+    }
+}
+
 fn steps(criterion: &mut Criterion) {
     for (name, layout) in worlds() {
         let mut group = criterion.benchmark_group(name);
@@ -92,7 +103,7 @@ fn steps(criterion: &mut Criterion) {
             ("off", PotentialKind::None, off()),
             ("frozen", PotentialKind::Gcn, settled()),
         ] {
-            let mut engine = engine(&layout, potential, exploration);
+            let mut engine = engine(&layout, potential, exploration, fit_once());
             run(&mut engine, 100);
             group.bench_function(what, |bench| {
                 // Whole episodes, as many as make up the steps asked for; the time is scaled to those.
@@ -107,7 +118,10 @@ fn steps(criterion: &mut Criterion) {
                 });
             });
         }
-        let live = || engine(&layout, PotentialKind::Gcn, ExplorationParams::default());
+        let live = || {
+            let potential = PotentialKind::Gcn;
+            engine(&layout, potential, Default::default(), Default::default())
+        };
         group.throughput(Throughput::Elements(run(&mut live(), EPISODES)));
         group.bench_function("live", |bench| {
             bench.iter_batched(

@@ -913,6 +913,7 @@ mod tracks {
             "cold_start",
             "eigenvalues",
             "cluster_cut",
+            "route",
         ];
         assert_eq!(fields, expected);
         assert_eq!(

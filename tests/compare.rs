@@ -215,3 +215,68 @@ fn slips_of_the_command_line_are_told() {
     call(folder.path(), &["compare"]).assert().code(2);
     assert!(!folder.path().join("o").exists(), "nothing is left behind");
 }
+
+#[test]
+fn a_scenario_brings_arms_of_its_own() {
+    let folder = folder();
+    let arms = "[arms.slow]\nbase = \"sparse\"\n\"agent.critic_learning_rate\" = 0.2\n\
+                [arms.same]\nbase = \"sparse\"\nabout = \"nothing else\"\n";
+    fs::write(folder.path().join("tiny.toml"), TINY.to_owned() + arms).unwrap();
+    let out = ["--out", "o", "--json"];
+    let found = json(&mut compare(folder.path(), "sparse,slow,same", &out));
+    let arms = found["arms"].as_array().unwrap();
+    assert_eq!(arms[1]["name"], "slow");
+    assert_eq!(arms[2]["regret"], arms[0]["regret"], "the same settings");
+    assert_ne!(arms[1]["regret"], arms[0]["regret"]);
+    let settings = fs::read_to_string(folder.path().join("o/arms.json")).unwrap();
+    assert!(
+        settings.contains("agent.critic_learning_rate=0.2"),
+        "{settings}"
+    );
+    let resolved = fs::read_to_string(folder.path().join("o/arms/slow/resolved.toml")).unwrap();
+    assert!(resolved.contains("critic_learning_rate = 0.2") && !resolved.contains("[arms"));
+    compare(folder.path(), "slwo", &["--out", "p"])
+        .assert()
+        .code(3)
+        .stderr(predicate::str::contains("did you mean `slow`?"));
+    call(folder.path(), &["check", "tiny.toml"])
+        .assert()
+        .success()
+        .stdout(predicate::str::contains(
+            "sparse, agent.critic_learning_rate = 0.2",
+        ))
+        .stdout(predicate::str::contains("nothing else"));
+}
+
+#[test]
+fn goals_that_move_are_told_in_the_numbers() {
+    let folder = folder();
+    let moving =
+        "[env]\nrows = 4\ncols = 4\nmoved_goals = [{ at = \"top-right\" }]\n[run]\nepisodes = 60\n";
+    fs::write(folder.path().join("tiny.toml"), moving).unwrap();
+    let out = ["--out", "o", "--json"];
+    let found = json(&mut compare(folder.path(), "gcn", &out));
+    assert_eq!(found["goals_moved_after"], 30);
+    assert_eq!(found["optimal_steps"], 3.0);
+    assert!(found["arms"][0]["final_ratio"].as_f64().unwrap() < 1.5);
+    for (bad, why) in [
+        ("goals_move_after=60", "the goals would never move"),
+        ("goals_move_after=haf", "\"half\" or a whole number from 1"),
+        (
+            "moved_goals=[{at=\"bottom-right\"}]",
+            "the goals would not move",
+        ),
+        ("moved_goals=[{at=\"top-left\"}]", "env.moved_goals"),
+        (
+            "moved_goals=[{at=\"top-rigth\"}]",
+            "did you mean \"top-right\"?",
+        ),
+        ("moved_goals=[]", "env.moved_goals"),
+    ] {
+        let set = format!("env.{bad}");
+        call(folder.path(), &["check", "tiny.toml", "--set", &set])
+            .assert()
+            .code(3)
+            .stderr(predicate::str::contains(why));
+    }
+}

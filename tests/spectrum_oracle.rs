@@ -464,6 +464,35 @@ mod growth {
     }
 
     #[test]
+    fn a_large_cube_whose_eigenspace_is_wider_than_the_block() {
+        // 4096 nodes: too many to decompose whole. λ = 2 / 12 has 12 copies, λ = 4 / 12 has 66.
+        let cube = graphs::hypercube(12);
+        let mut expected = vec![0.0];
+        expected.extend([1.0 / 6.0; 12]);
+        expected.extend([1.0 / 3.0; 3]);
+        let sizes = [3900, cube.rows()];
+        grow(&cube, &sizes, &params(16, TOL), |prefix, pairs, what| {
+            assert_pairs(prefix, LaplacianKind::Normalized, pairs, TOL, what);
+            if prefix.rows() == cube.rows() {
+                assert_values(&pairs.values, &expected, what);
+            }
+        });
+    }
+
+    #[test]
+    fn many_equal_parts_have_more_equal_eigenvalues_than_the_block_has_columns() {
+        // 40 equal grids: 40 null vectors, then 80 copies of the next value (two per square grid).
+        let parts: Vec<Csr> = (0..40).map(|_| graphs::grid(8, 8)).collect();
+        let graph = graphs::disjoint(&parts);
+        let one = dense_oracle(&parts[0], LaplacianKind::Normalized);
+        let mut expected = vec![0.0; 40];
+        expected.extend([one[1]; 10]);
+        let pairs = solve(&graph, &params(50, TOL));
+        assert_values(&pairs.values, &expected, "40 grids");
+        assert_pairs(&graph, LaplacianKind::Normalized, &pairs, TOL, "40 grids");
+    }
+
+    #[test]
     fn components_that_follow_one_another() {
         // Several low modes of a component are new at once: nothing of them is in the warm start.
         let parts: Vec<Csr> = [1, 15, 7, 20, 1]
@@ -519,10 +548,12 @@ mod growth {
     #[test]
     fn warm_starts_cost_less_than_cold_ones() {
         let graph = graphs::discovered(&graphs::grid(50, 50), 1);
+        // Below 300 nodes a cold update decomposes the whole matrix, without a solve.
         let solves = |method| {
             let params = TrackParams {
                 tol: TOL,
                 method,
+                start_nodes: 320,
                 ..Default::default()
             };
             let report = track(&graph, &params, |_| ()).unwrap().report;

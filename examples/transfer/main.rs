@@ -130,9 +130,10 @@ impl Place {
     }
 }
 
-/// The potential as it is by default, but for the number of epochs on weights from elsewhere: none.
+/// The potential as it is by default, but trained as far as its epochs go, and on weights from elsewhere not at all.
 fn gcn(seed: u64) -> ConductancePotential {
     let shaping = ShapingParams {
+        fit_tolerance: 0.0,
         warm_epochs: 0,
         ..ShapingParams::default()
     };

@@ -6,8 +6,8 @@
 //! Two things are not averaged, because they may change while the agent learns and only the latest is true: the
 //! shaping F of a transition (its potential is re-fitted), and whether arriving in s′ ends the task (the goal may
 //! move). The latter is taken to be a property of s′; when it changes, so has what arriving pays, and the rewards seen
-//! on all ways into s′ give way to the latest one. Else the mean of 0 at a goal and −1 since would keep an agent at the
-//! place where its goal was for good.
+//! on all ways into s′ give way to the latest one. Else a bonus that was paid a hundred times would keep the agent where
+//! its goal was for thousands of steps.
 //!
 //! Every distinct (s, a, s′) is one entry of an arena and a member of two chains: the outcomes of (s, a), and the ways
 //! into s′. So a growing model makes no allocation per pair, and is plain data.

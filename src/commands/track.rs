@@ -11,6 +11,7 @@ use eigentrail::report::grouped;
 use eigentrail::runner::write_matrix;
 use eigentrail::spectral::{self, Method, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum};
 use eigentrail::telemetry::Telemetry;
+use tracing::debug;
 
 pub fn track(
     args: &cli::Track,
@@ -63,6 +64,9 @@ fn follow(
 ) -> Result<TrackedSpectrum> {
     let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.rows() as u64);
     let tracked = spectral::track(adjacency, params, |update| {
+        let (nodes, route) = (update.nodes, update.route);
+        let reason = route.reason();
+        debug!(name: "spectrum_refresh", nodes, ?route, reason, elapsed_ms = update.seconds * 1e3, "spectrum_refresh");
         progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
     });
     tracked.map_err(|error| match Error::from(error) {
@@ -140,6 +144,7 @@ mod tests {
     use super::*;
     use crate::cli::{Cli, Command};
     use clap::Parser;
+    use eigentrail::spectral::Route;
 
     fn ending_of(flags: &str, converged: bool, certified: Option<bool>) -> Ending {
         let line = format!("eigentrail track g.mtx {flags}");
@@ -157,6 +162,7 @@ mod tests {
             cold_start: true,
             eigenvalues: vec![0.0],
             cluster_cut: false,
+            route: Route::ShiftInvert,
             certified,
             repaired: 0,
         };

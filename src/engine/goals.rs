@@ -105,6 +105,11 @@ impl GoalBook {
         true
     }
 
+    /// Whether some goal pays more than nothing.
+    pub fn pays(&self) -> bool {
+        self.goals.iter().any(|goal| goal.reward > 0.0)
+    }
+
     /// Mean cost −r of the steps that ended nothing, at least 0; 0 before the first one.
     pub fn step_cost(&self) -> f64 {
         if self.steps == 0 {
@@ -153,6 +158,7 @@ mod tests {
         assert!(!book.count_ending(StateId(3), 20.0));
         assert!(book.count_ending(StateId(5), 10.0));
         assert_eq!(book.goals()[0].reward, 15.0);
+        assert!(book.pays());
         assert_eq!(book.handicaps(), [(StateId(3), 0), (StateId(5), 3)]);
     }
 
@@ -192,6 +198,7 @@ mod tests {
     fn free_steps_make_a_lesser_goal_hopeless_and_costly_rewards_do_not() {
         let mut book = GoalBook::default();
         assert_eq!(book.step_cost(), 0.0);
+        assert!(!book.pays(), "nothing is known to pay");
         book.count_step(0.5);
         assert_eq!(book.step_cost(), 0.0, "steps that pay cost nothing");
         book.count_ending(StateId(0), 1.0);

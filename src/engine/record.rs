@@ -1,5 +1,6 @@
 //! What happened, as plain values: the rows of the result files.
 
+use super::schedule::Moment;
 use crate::env::StepStatus;
 use crate::features::EmbeddingRefresh;
 use crate::shaping::PotentialFit;
@@ -48,6 +49,20 @@ pub struct RefreshRecord {
 }
 
 impl RefreshRecord {
+    /// Nothing done yet.
+    pub(super) fn at(now: Moment) -> Self {
+        Self {
+            step: now.step,
+            nodes: now.nodes,
+            edges: now.edges,
+            spectrum: None,
+            embedding: None,
+            fit: None,
+            spectrum_seconds: 0.0,
+            fit_seconds: 0.0,
+        }
+    }
+
     /// Whether features were refreshed, from whichever source.
     pub fn has_features(&self) -> bool {
         self.spectrum.is_some() || self.embedding.is_some()

@@ -1,4 +1,7 @@
-//! When the spectrum is refreshed and when the potential is fitted again.
+//! When features are refreshed and when the potential is fitted again.
+//!
+//! A fit costs time in proportion to the states known, so unless much has changed it waits for as many steps as are a
+//! given share of them: what fits cost by step then does not grow with the world.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,20 +10,28 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScheduleParams {
-    /// The spectrum is refreshed, and the potential fitted, when the graph has gained this share of nodes.
+    /// The potential is fitted, and features that the agent uses are refreshed, when the graph has gained this share of
+    /// nodes.
     pub growth: f64,
-    /// The potential is fitted at the latest this many steps after a change of the graph; sooner at the end of an episode.
+    /// Features that only the potential uses are refreshed with the first fit after the graph has gained this share of
+    /// nodes; until then new states take the mean of their neighbours' features.
+    pub feature_growth: f64,
+    /// It is also fitted at the end of an episode in which the graph has changed, or this many steps after the last fit,
     pub refit_every: u64,
-    /// … but not before the graph has gained this share of edges, or the episode has ended.
+    /// … the latter only if the graph has gained this share of edges,
     pub edge_growth: f64,
+    /// … and both only after as many steps as this share of the states known.
+    pub refit_share: f64,
 }
 
 impl Default for ScheduleParams {
     fn default() -> Self {
         Self {
             growth: 0.05,
+            feature_growth: 0.25,
             refit_every: 50,
             edge_growth: 0.01,
+            refit_share: 0.1,
         }
     }
 }
@@ -44,10 +55,22 @@ impl ScheduleParams {
     /// The first key that breaks its rule.
     pub fn validate(&self) -> Result<(), ScheduleParamsError> {
         let rule = "must be above 0 and at most 1";
-        for (key, value) in [("growth", self.growth), ("edge_growth", self.edge_growth)] {
+        let shares = [
+            ("growth", self.growth),
+            ("feature_growth", self.feature_growth),
+            ("edge_growth", self.edge_growth),
+        ];
+        for (key, value) in shares {
             if !(value > 0.0 && value <= 1.0) {
                 return Err(ScheduleParamsError { key, value, rule });
             }
+        }
+        if !(self.refit_share >= 0.0 && self.refit_share.is_finite()) {
+            return Err(ScheduleParamsError {
+                key: "refit_share",
+                value: self.refit_share,
+                rule: "must be 0 or a positive number",
+            });
         }
         if self.refit_every == 0 {
             return Err(ScheduleParamsError {
@@ -73,11 +96,11 @@ pub struct Moment {
     pub pairs_tried: u64,
 }
 
-/// Remembers the last refresh and the last fit.
+/// Remembers the last refresh of the features and the last fit.
 #[derive(Clone, Debug, Default)]
 pub struct RefreshSchedule {
     params: ScheduleParams,
-    spectrum: Option<Moment>,
+    features: Option<Moment>,
     fit: Option<Moment>,
 }
 
@@ -86,14 +109,19 @@ impl RefreshSchedule {
     pub fn new(params: ScheduleParams) -> Self {
         Self {
             params,
-            spectrum: None,
+            features: None,
             fit: None,
         }
     }
 
-    /// Whether the graph has outgrown the spectrum.
-    pub fn spectrum_due(&self, now: Moment) -> bool {
-        now.nodes > 1 && self.spectrum.is_none_or(|then| self.has_grown(then, now))
+    /// Whether the graph has outgrown the features of an agent that uses them.
+    pub fn agent_features_due(&self, now: Moment) -> bool {
+        have_outgrown(self.features, now, self.params.growth)
+    }
+
+    /// Whether the graph has outgrown the features that only a fit uses.
+    pub fn fit_features_due(&self, now: Moment) -> bool {
+        have_outgrown(self.features, now, self.params.feature_growth)
     }
 
     /// Whether the potential should be fitted, once there is something to fit it on.
@@ -102,16 +130,20 @@ impl RefreshSchedule {
             let changed = now.nodes > then.nodes
                 || now.edges > then.edges
                 || now.pairs_tried > then.pairs_tried;
-            let waited = now.step - then.step >= self.params.refit_every;
+            let waited = now.step - then.step;
+            let patience = (self.params.refit_share * now.nodes as f64) as u64;
             let gained =
                 (now.edges - then.edges) as f64 >= self.params.edge_growth * then.edges as f64;
-            changed && (episode_over || self.has_grown(then, now) || (waited && gained))
+            let may_interrupt = waited >= self.params.refit_every && gained;
+            changed
+                && (has_grown(then, now, self.params.growth)
+                    || waited >= patience && (episode_over || may_interrupt))
         })
     }
 
-    /// The spectrum has just been refreshed.
-    pub fn spectrum_refreshed(&mut self, now: Moment) {
-        self.spectrum = Some(now);
+    /// The features have just been refreshed.
+    pub fn features_refreshed(&mut self, now: Moment) {
+        self.features = Some(now);
     }
 
     /// The potential has just been fitted.
@@ -123,10 +155,15 @@ impl RefreshSchedule {
     pub fn invalidate_fit(&mut self) {
         self.fit = None;
     }
+}
 
-    fn has_grown(&self, then: Moment, now: Moment) -> bool {
-        now.nodes > then.nodes && now.nodes as f64 >= (1.0 + self.params.growth) * then.nodes as f64
-    }
+/// One node has no features worth a refresh.
+fn have_outgrown(then: Option<Moment>, now: Moment, share: f64) -> bool {
+    now.nodes > 1 && then.is_none_or(|then| has_grown(then, now, share))
+}
+
+fn has_grown(then: Moment, now: Moment, share: f64) -> bool {
+    now.nodes > then.nodes && now.nodes as f64 >= (1.0 + share) * then.nodes as f64
 }
 
 #[cfg(test)]
@@ -143,16 +180,35 @@ mod tests {
     }
 
     #[test]
-    fn spectrum_follows_the_growth_in_nodes() {
+    fn features_follow_the_growth_in_nodes() {
         let mut schedule = RefreshSchedule::new(ScheduleParams::default());
-        assert!(
-            !schedule.spectrum_due(at(0, 1, 0)),
-            "one node has no spectrum worth a refresh"
+        let due = |schedule: &RefreshSchedule, now| {
+            (
+                schedule.agent_features_due(now),
+                schedule.fit_features_due(now),
+            )
+        };
+        assert_eq!(
+            due(&schedule, at(0, 1, 0)),
+            (false, false),
+            "one node has none"
         );
-        assert!(schedule.spectrum_due(at(1, 2, 1)));
-        schedule.spectrum_refreshed(at(1, 100, 120));
-        assert!(!schedule.spectrum_due(at(9, 104, 130)));
-        assert!(schedule.spectrum_due(at(9, 105, 130)));
+        assert_eq!(due(&schedule, at(1, 2, 1)), (true, true));
+        schedule.features_refreshed(at(1, 100, 120));
+        assert_eq!(due(&schedule, at(9, 104, 130)), (false, false));
+        assert_eq!(due(&schedule, at(9, 105, 130)), (true, false));
+        assert_eq!(due(&schedule, at(9, 125, 130)), (true, true));
+    }
+
+    #[test]
+    fn fits_of_a_large_graph_wait_in_proportion_to_it() {
+        let mut schedule = RefreshSchedule::new(ScheduleParams::default());
+        schedule.fitted(at(1000, 10_000, 15_000));
+        for episode_over in [false, true] {
+            assert!(!schedule.fit_due(at(1999, 10_010, 16_000), episode_over));
+            assert!(schedule.fit_due(at(2001, 10_010, 16_000), episode_over));
+        }
+        assert!(schedule.fit_due(at(1001, 10_500, 16_000), false));
     }
 
     #[test]

@@ -6,6 +6,15 @@
 //! most other worlds are not, and nobody tells the agent: the hypothesis is built from the transitions seen
 //! (pairs of actions that undo one another share an axis with opposite signs) and tested on every loop that
 //! closes. While it is not confirmed, or once loops contradict it, nothing is predicted and the bound is 0.
+//!
+//! Where actions slip, one step tells little; [`relocation`] then takes all steps together, and [`slips`] says how an
+//! action's outcomes are spread.
+
+mod placement;
+pub mod relocation;
+pub mod slips;
+
+pub use slips::Slips;
 
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
@@ -23,7 +32,8 @@ const MAX_ACTIONS: usize = 16;
 /// What an untried action is expected to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prediction {
-    /// It undoes the step by which the state was entered from this neighbour: as good as known.
+    /// It undoes the step by which the state was entered from this neighbour, or goes a way that is known: as good as
+    /// known itself.
     Undo(StateId),
     /// It leads to the position of this state, if nothing stands in between.
     Known(StateId),
@@ -48,8 +58,6 @@ pub struct Displacements {
     tests: Vec<u32>,
     undone: Vec<u32>,
     inverse: Vec<Option<Action>>,
-    /// Whether the action has ever led to another state.
-    moved: Vec<bool>,
     directions: Vec<Direction>,
     num_axes: usize,
     /// How each state was first entered, in order of discovery; `None` for starts.
@@ -59,6 +67,12 @@ pub struct Displacements {
     occupied: HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>,
     loops_confirmed: u64,
     loops_contradicted: u64,
+    /// Some action has led to two places.
+    stochastic: bool,
+    slips: Option<Slips>,
+    steps: u64,
+    /// When to reckon anew, in steps.
+    due: u64,
     scratch: Vec<i32>,
 }
 
@@ -73,7 +87,6 @@ impl Displacements {
             tests: vec![0; num_actions * num_actions],
             undone: vec![0; num_actions * num_actions],
             inverse: vec![None; num_actions],
-            moved: vec![false; num_actions],
             directions,
             num_axes: num_actions,
             entry: Vec::new(),
@@ -81,6 +94,10 @@ impl Displacements {
             occupied: HashMap::default(),
             loops_confirmed: 0,
             loops_contradicted: 0,
+            stochastic: false,
+            slips: None,
+            steps: 0,
+            due: 0,
             scratch: Vec::new(),
         }
     }
@@ -113,11 +130,13 @@ impl Displacements {
         if to.index() == self.entry.len() {
             self.entry.push(Some((from, action)));
             self.append_position(to);
-        } else if to != from {
+        } else if to != from && !self.stochastic {
             self.close_loop(from, action, to);
         }
+        if !self.stochastic && graph.tries(from, action) > 1 {
+            self.expect_slips();
+        }
         if to != from {
-            self.moved[action.index()] = true;
             self.test_undoing(graph, from, action, to);
         }
     }
@@ -129,7 +148,11 @@ impl Displacements {
         from: StateId,
         action: Action,
     ) -> Prediction {
-        if let Some(back) = self.inverse[action.index()] {
+        if self.stochastic {
+            if let Some(next) = self.neighbor_towards(graph, from, action) {
+                return Prediction::Undo(next);
+            }
+        } else if let Some(back) = self.inverse[action.index()] {
             for &neighbor in graph.adjacency().neighbors(from.0) {
                 if graph.likely_successor(StateId(neighbor), back) == Some(from) {
                     return Prediction::Undo(StateId(neighbor));
@@ -147,28 +170,39 @@ impl Displacements {
     }
 
     /// A lower bound on the steps from the place where `action` leads from `from` to `goal`; 0 while positions
-    /// are not trusted, or while an action is without its inverse: it might be the one that leads back along
-    /// another's axis.
+    /// are not trusted. Actions of which no inverse is known do not count: theirs may be a sum of the others.
     pub fn lower_bound(&mut self, from: StateId, action: Action, goal: StateId) -> u32 {
         let known = self.entry.len();
-        let placed = from.index() < known && goal.index() < known;
-        if !placed || !self.trusted() || !self.is_paired(action) {
+        if !self.trusted() || from.index() >= known || goal.index() >= known {
             return 0;
         }
         self.load_target(from, action);
         let goal = &self.positions[goal.index() * self.num_axes..][..self.num_axes];
-        self.scratch
+        let paired = self
+            .directions
             .iter()
-            .zip(goal)
-            .map(|(a, b)| a.abs_diff(*b))
+            .filter(|direction| direction.sign < 0);
+        paired
+            .map(|direction| self.scratch[direction.axis].abs_diff(goal[direction.axis]))
             .sum()
     }
 
-    /// Whether `action`, and every action that has ever moved, has a known inverse.
-    fn is_paired(&self, action: Action) -> bool {
-        let mut actions = self.inverse.iter().zip(&self.moved);
-        self.inverse[action.index()].is_some()
-            && actions.all(|(inverse, &moved)| inverse.is_some() || !moved)
+    /// How many positions next to the place where `action` leads from `from` are taken; 0 while positions are not
+    /// trusted. O(axes).
+    pub fn known_sides(&mut self, from: StateId, action: Action) -> u32 {
+        if !self.trusted() || from.index() >= self.entry.len() {
+            return 0;
+        }
+        self.load_target(from, action);
+        let mut sides = 0;
+        for axis in 0..self.num_axes {
+            for side in [1, -1] {
+                self.scratch[axis] += side;
+                sides += u32::from(self.occupied.contains_key(self.scratch.as_slice()));
+                self.scratch[axis] -= side;
+            }
+        }
+        sides
     }
 
     /// Puts the position to which `action` leads from `from` into `scratch`.
@@ -182,6 +216,7 @@ impl Displacements {
 
     fn append_position(&mut self, state: StateId) {
         match self.entry[state.index()] {
+            Some((from, action)) if self.stochastic => self.load_likely_target(from, action),
             Some((from, action)) => self.load_target(from, action),
             None => {
                 self.scratch.clear();
@@ -229,6 +264,7 @@ impl Displacements {
         self.tests[pair] += 1;
         self.undone[pair] += u32::from(undone);
         if undone
+            && !self.stochastic
             && self.inverse[first.index()].is_none()
             && self.undoes(first, second)
             && self.undoes(second, first)
@@ -245,8 +281,8 @@ impl Displacements {
         tests >= MIN_UNDO_TESTS && f64::from(self.undone[pair]) >= MIN_AGREEMENT * f64::from(tests)
     }
 
-    /// Gives each pair of inverses one axis and reckons all positions anew; happens once a pair.
-    fn rebuild_axes(&mut self) {
+    /// Gives each pair of inverses one axis.
+    fn assign_axes(&mut self) {
         self.num_axes = 0;
         for a in 0..self.num_actions {
             self.directions[a] = match self.inverse[a] {
@@ -263,6 +299,11 @@ impl Displacements {
                 }
             };
         }
+    }
+
+    /// Reckons all positions anew; happens once a pair.
+    fn rebuild_axes(&mut self) {
+        self.assign_axes();
         self.positions.clear();
         self.occupied.clear();
         self.loops_confirmed = 0;

@@ -6,6 +6,9 @@
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
 //! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
 //!
+//! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
+//! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.
+//!
 //! **When the last goal is lost** (it was entered and the episode went on), the first quest begins again, and known
 //! states that were not entered since then are as good a place to look as untried actions: the goal may have moved
 //! to any of them.
@@ -20,9 +23,10 @@ use super::distances::Distances;
 use super::frontier::FrontierSearch;
 use super::stale::StaleStates;
 use crate::env::Action;
+use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
-use quest::{Quest, QuestView};
+use quest::{MAX_TRIES_WANTED, Quest, QuestView};
 use rand_chacha::ChaCha8Rng;
 
 /// A goal as the explorer sees it.
@@ -33,9 +37,6 @@ pub struct Destination {
     /// By how many steps it is worse than the best goal.
     pub handicap: u32,
 }
-
-/// Beyond this many tries an action has shown what it can do: a slip of 0.3 hides a door with probability 0.3^16.
-const MAX_TRIES_WANTED: u32 = 16;
 
 /// Frontier exploration with all it has learnt. Memory O(n · actions).
 #[derive(Clone, Debug)]
@@ -62,6 +63,8 @@ pub struct Explorer {
     search_steps: u64,
     /// The plan is one of [`Quest::OtherGoal`].
     searching: bool,
+    /// A goal not seen yet may be worth more than those seen, at any distance.
+    goals_pay: bool,
     /// Some action has been seen to have two outcomes.
     stochastic: bool,
     /// An action counts as tried after this many tries.
@@ -88,6 +91,7 @@ impl Explorer {
             steps: 0,
             search_steps: 0,
             searching: false,
+            goals_pay: false,
             stochastic: false,
             tries_wanted: 1,
             rng,
@@ -111,7 +115,8 @@ impl Explorer {
     }
 
     /// Learns from a step that the graph has recorded; `terminal` if the episode terminated in `to`, `first_time` if
-    /// this outcome was not seen before. O(1), or O(actions · degree) if it is new.
+    /// this outcome was not seen before. O(1), or O(actions · degree) if it is new; where actions slip, amortised
+    /// O(log m).
     pub fn learn(
         &mut self,
         graph: &TransitionGraph,
@@ -140,6 +145,13 @@ impl Explorer {
             self.from_start.append(from, to);
             self.to_goal.append(from, to);
         }
+        self.displacements.count_step(graph);
+    }
+
+    /// Tells whether a goal has paid more than nothing. Where rewards are only costs the nearest goal is the best one, as
+    /// far as anybody can know; where goals pay, one not seen yet may pay more, wherever it is.
+    pub fn set_goals_pay(&mut self, goals_pay: bool) {
+        self.goals_pay = goals_pay;
     }
 
     /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).
@@ -213,7 +225,7 @@ impl Explorer {
         if let Some(action) = self.plan(graph, state) {
             advice[action.index()] = self.params.frontier_advice;
         } else if !self.destinations.is_empty() {
-            self.advise_potential(graph, state, potential, unit, advice);
+            self.advise_climb(graph, state, potential, unit, advice);
         }
     }
 
@@ -266,8 +278,12 @@ impl Explorer {
             (_, Optimism::None) => false,
             (Quest::OtherGoal, Optimism::SeenGoals) => {
                 let trip = f64::from(self.to_goal.get(self.start));
-                let left =
-                    trip + self.params.search_share * self.steps as f64 - self.search_steps as f64;
+                let share = if self.goals_pay {
+                    self.params.reward_search_share
+                } else {
+                    self.params.search_share
+                };
+                let left = trip + share * self.steps as f64 - self.search_steps as f64;
                 if self.searching {
                     left > 0.0
                 } else {
@@ -296,7 +312,10 @@ impl Explorer {
             },
             stale: &self.stale,
             quest,
-            best: self.to_goal.get(self.start),
+            best: match quest {
+                Quest::OtherGoal if self.goals_pay => UNREACHED,
+                _ => self.to_goal.get(self.start),
+            },
         };
         let found = self
             .search

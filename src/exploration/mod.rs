@@ -66,6 +66,8 @@ pub struct ExplorationParams {
     pub optimism: Optimism,
     /// With `seen-goals`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
     pub search_share: f64,
+    /// The same once a goal has paid more than nothing (a reward above 0): another one may pay more, however far it is.
+    pub reward_search_share: f64,
     /// β of the count bonus, in units of reward.
     pub bonus: f64,
 }
@@ -74,10 +76,11 @@ impl Default for ExplorationParams {
     fn default() -> Self {
         Self {
             kind: ExplorationKind::Frontier,
-            frontier_advice: 6.0,
-            potential_advice: 10.0,
+            frontier_advice: 12.0,
+            potential_advice: 20.0,
             optimism: Optimism::SeenGoals,
             search_share: 0.005,
+            reward_search_share: 0.8,
             bonus: 1.0,
         }
     }
@@ -102,6 +105,7 @@ impl ExplorationParams {
     /// The first key that breaks its rule.
     pub fn validate(&self) -> Result<(), ExplorationParamsError> {
         let non_negative = "must be finite and at least 0";
+        let share = "must be at least 0 and below 1";
         let checks = [
             (
                 "frontier_advice",
@@ -116,12 +120,8 @@ impl ExplorationParams {
                 non_negative,
             ),
             ("bonus", self.bonus, f64::INFINITY, non_negative),
-            (
-                "search_share",
-                self.search_share,
-                1.0,
-                "must be at least 0 and below 1",
-            ),
+            ("search_share", self.search_share, 1.0, share),
+            ("reward_search_share", self.reward_search_share, 1.0, share),
         ];
         for (key, value, limit, rule) in checks {
             if !(0.0..limit).contains(&value) {

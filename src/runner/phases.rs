@@ -12,7 +12,7 @@ pub struct Phases<E> {
     /// What it begins with.
     pub first: E,
     /// What it goes on with, and after how many episodes.
-    pub moved: Option<(usize, E)>,
+    pub moved: Option<(usize, Box<E>)>,
 }
 
 /// The worlds of a run, by their type.
@@ -32,14 +32,14 @@ impl Worlds {
         match first {
             World::Grid(first) => {
                 let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                    World::Grid(world) => Some((after, world)),
+                    World::Grid(world) => Some((after, Box::new(world))),
                     World::Listed(..) => None, // both are of the scenario's one kind
                 });
                 Worlds::Grid(Phases { first, moved })
             }
             World::Listed(first, names) => {
                 let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                    World::Listed(world, _) => Some((after, world)),
+                    World::Listed(world, _) => Some((after, Box::new(world))),
                     World::Grid(_) => None,
                 });
                 Worlds::Listed(Phases { first, moved }, names)
@@ -63,7 +63,7 @@ impl<E: Model> Phases<E> {
     /// The world to go on with, if episode number `episode`, from 0, is the first one in it.
     pub fn take_moved(&mut self, episode: usize) -> Option<E> {
         let (_, world) = self.moved.take_if(|(after, _)| *after == episode)?;
-        Some(world)
+        Some(*world)
     }
 }
 

@@ -218,6 +218,23 @@ mod tests {
     }
 
     #[test]
+    fn a_richer_goal_is_found_behind_the_nearest() {
+        let trial = |seed: u64, more: &str| {
+            let sets = ["run.episodes=200", "shaping.potential=heat", more].map(str::to_owned);
+            let loaded = Scenario::load(Path::new("rewarded_goals"), &sets).unwrap();
+            let trial = run_trial(&loaded.scenario, seed, &AtomicBool::new(false));
+            trial.unwrap().unwrap().0
+        };
+        for seed in 0..3 {
+            let settled = trial(seed, "exploration.reward_search_share=0");
+            let found = trial(seed, "run.seed=0");
+            assert!(found.regret < 0.5 * settled.regret, "{found:?} {settled:?}");
+            let length = found.final_mean_steps;
+            assert!(length > 1.5 * settled.final_mean_steps, "{found:?}");
+        }
+    }
+
+    #[test]
     fn a_goal_that_moves_is_measured_by_its_present_place() {
         let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\ngoals_move_after = 60\n[run]\nepisodes = 100\n";
         let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);

@@ -7,7 +7,7 @@
 //! ```toml
 //! [arms.steep]
 //! base = "gcn"
-//! "shaping.scale_factor" = 4.0
+//! "shaping.scale_factor" = 8.0
 //! ```
 
 use super::built_in_arms::BUILT_IN_ARMS;
@@ -308,15 +308,15 @@ mod tests {
     #[test]
     fn an_own_arm_begins_as_its_base_in_any_notation() {
         for steep in [
-            "[arms.steep]\nbase = \"heat\"\n\"shaping.scale_factor\" = 4.0\n",
-            "[arms.steep]\nbase = \"heat\"\nshaping.scale_factor = 4.0\n",
-            "[arms.steep]\nbase = \"heat\"\n[arms.steep.shaping]\nscale_factor = 4.0\n",
+            "[arms.steep]\nbase = \"heat\"\n\"shaping.scale_factor\" = 8.0\n",
+            "[arms.steep]\nbase = \"heat\"\nshaping.scale_factor = 8.0\n",
+            "[arms.steep]\nbase = \"heat\"\n[arms.steep.shaping]\nscale_factor = 8.0\n",
         ] {
             let text = format!("{steep}[arms.quick]\nbase = \"steep\"\nagent.gamma = 0.9\n");
             let (steep, quick) = (lay("steep", &text), lay("quick", &text));
-            assert_eq!(steep.settings.last().unwrap(), "shaping.scale_factor=4.0");
+            assert_eq!(steep.settings.last().unwrap(), "shaping.scale_factor=8.0");
             assert_eq!(steep.scenario.shaping.potential, PotentialKind::Heat);
-            assert_eq!(steep.scenario.shaping.scale_factor, 4.0);
+            assert_eq!(steep.scenario.shaping.scale_factor, 8.0);
             assert_eq!(quick.scenario.shaping, steep.scenario.shaping);
             assert_eq!(quick.scenario.agent.gamma, 0.9);
             assert!(quick.scenario.arms.is_empty());

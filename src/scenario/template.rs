@@ -43,13 +43,17 @@ const ARMS: &str = "
 #[arms.steep]
 #base = \"gcn\"
 #about = \"a potential twice as steep\"
-#\"shaping.scale_factor\" = 4.0
+#\"shaping.scale_factor\" = 8.0
 ";
 
-/// The first example that the schema gives for a property, as TOML.
+/// The first example that the schema gives for a property, as TOML on one line.
 fn example(property: &Value) -> String {
-    let example = toml::Value::try_from(&property["examples"][0]);
-    example.map_or_else(|_| "\"\"".to_owned(), |value| value.to_string())
+    let example = &property["examples"][0];
+    match toml::Value::try_from(example) {
+        // Of strings JSON's notation is TOML's too, and keeps line breaks as escapes.
+        Ok(value) if !value.is_str() => value.to_string(),
+        _ => example.to_string(),
+    }
 }
 
 /// The default of every key that has one; of keys that belong to some kinds of worlds, that of the first such kind.

@@ -152,6 +152,20 @@ impl Chain {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// v_j − ln P_pj for the position j before `p` with the lowest v: what v_p cannot exceed but for the cost of the step.
+    pub(crate) fn lowest_way(&self, p: usize, v: &[f64]) -> f64 {
+        let near = self.near_range(p);
+        let ways = self.columns[near.clone()]
+            .iter()
+            .zip(&self.probabilities[near]);
+        let (lowest, probability) = ways
+            .map(|(&j, &probability)| (v[j as usize], probability))
+            .fold((f64::INFINITY, 1.0), |best, way| {
+                if way.0 < best.0 { way } else { best }
+            });
+        lowest - probability.ln()
+    }
+
     /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves
     /// can be taken back this is [`spurious_maxima`](super::spurious_maxima); on a directed world it is what that
     /// should mean, since an agent can only climb along moves that exist. O(nnz).

@@ -88,6 +88,35 @@ impl<'c> Diffusion<'c> {
         self.solve(q, v, tol)
     }
 
+    /// Solves from a guess, as left by an earlier solve on a smaller graph: `v` holds the terminal costs of the goals and
+    /// is extended to all positions. `guess` is by position, ∞ where there is none; goals' entries are not looked at.
+    ///
+    /// No solution exceeds v_i ≤ q_i + v_j − ln P_ij for any j, so a guess above that, for the j with the lowest v, is cut
+    /// down to it: that is how a short cut found since is taken up, and how new states get a value at all. See
+    /// [`solve`](Self::solve).
+    ///
+    /// # Panics
+    /// If `q` or `guess` has not one entry per position, or `v` not one per goal.
+    pub fn solve_near(
+        &mut self,
+        guess: &[f64],
+        q: &[f64],
+        v: &mut Vec<f64>,
+        tol: f64,
+    ) -> SolveReport {
+        let chain = self.walk.chain();
+        assert_eq!(v.len(), chain.num_goals(), "one terminal cost per goal");
+        assert_eq!(
+            (q.len(), guess.len()),
+            (chain.len(), chain.len()),
+            "one entry per position"
+        );
+        for i in chain.num_goals()..chain.len() {
+            v.push(guess[i].min(q[i] + chain.lowest_way(i, v)));
+        }
+        self.solve(q, v, tol)
+    }
+
     /// Newton steps from `v` until the Bellman residual is ≤ `tol`. `q` and `v` are by position; the goals' entries of v
     /// are kept. Gives up after [`max_sweeps`](Self::max_sweeps), or when v is no longer finite. A cold solve takes 3 to 7
     /// steps and 20 to 50 sweeps at q = 0.7, O(nnz) each; grids of 10⁵ states and more take some hundred at q = 0.1.

@@ -2,8 +2,11 @@
 
 use super::chain::Chain;
 use super::cost_to_go::cost_to_go;
+use super::site::Site;
 use super::successors::Successors;
-use crate::graph::Csr;
+use super::terrain::Terrain;
+use crate::graph::{Csr, StateId};
+use faer::Mat;
 use proptest::prelude::*;
 
 /// An undirected graph with unit weights; an edge given twice weighs 1 all the same.
@@ -51,4 +54,19 @@ pub fn any_graph() -> impl Strategy<Value = Csr> {
     (2_usize..24).prop_flat_map(|n| {
         prop::collection::vec((0..n, 0..n), 0..4 * n).prop_map(move |edges| graph(n, &edges))
     })
+}
+
+/// Calls `check` with a site on a 9 × 8 grid with two walls, goal in a corner, and `features` columns of features.
+pub fn on_grid(features: usize, check: impl FnOnce(&Site<'_>)) {
+    let adjacency = grid(9, 8, &[17, 18, 19, 44, 45]);
+    let terrain = Terrain::uniform(&Successors::undirected(&adjacency).unwrap(), &[StateId(0)]);
+    let features = Mat::from_fn(72, features, |i, c| {
+        ((i * (c + 2) * 37) % 29) as f64 / 14.0 - 1.0
+    });
+    check(&Site {
+        terrain: &terrain,
+        adjacency: &adjacency,
+        features: features.as_ref(),
+        labels: &[],
+    });
 }

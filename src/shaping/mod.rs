@@ -47,6 +47,7 @@ pub mod diffusion;
 pub mod features;
 #[cfg(test)]
 mod fixtures;
+mod grounded;
 pub mod heat;
 pub mod hops;
 mod network;

@@ -83,10 +83,13 @@ pub struct ShapingParams {
     pub log_cost_clip: f64,
     /// `gcn`: states drawn as labels at each fit.
     pub num_labels: usize,
-    /// `gcn`: epochs of the first fit.
+    /// `gcn`: at most so many epochs when the network is trained for the first time.
     pub cold_epochs: usize,
-    /// `gcn`: epochs of every later fit.
+    /// `gcn`: at most so many when it is trained again.
     pub warm_epochs: usize,
+    /// `gcn`: training ends, or does not even begin, when the loss is at most this: the mean square of the relative
+    /// error in the shape of the cost-to-go. 0: every epoch is taken.
+    pub fit_tolerance: f64,
     /// `gcn`: weight of the smoothness loss zᵀLz, divided by the number of edges.
     pub cost_smoothness: f64,
     /// `heat`: the part of the heat that a typical step keeps, between 0 and 1.
@@ -105,6 +108,7 @@ impl Default for ShapingParams {
             num_labels: 256,
             cold_epochs: 150,
             warm_epochs: 20,
+            fit_tolerance: 2e-4,
             cost_smoothness: 3.0,
             heat_kept: 0.9,
         }
@@ -118,7 +122,7 @@ impl ShapingParams {
     /// [`ShapingError::Parameter`] with the key, its value and the rule it breaks.
     pub fn validate(&self) -> Result<(), ShapingError> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
-        // Below this a state cost would sink under the tolerance of the solve, and with it the maximum principle.
+        // Below this a solve takes thousands of sweeps on a large map.
         let cost = |x: f64| (1e-3..=100.0).contains(&x);
         let rules = [
             (
@@ -150,6 +154,12 @@ impl ShapingParams {
                 self.num_labels as f64,
                 self.num_labels > 0,
                 "at least 1",
+            ),
+            (
+                "fit_tolerance",
+                self.fit_tolerance,
+                self.fit_tolerance >= 0.0 && self.fit_tolerance.is_finite(),
+                "0 or a positive number",
             ),
             (
                 "cost_smoothness",

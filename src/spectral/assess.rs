@@ -24,7 +24,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub(super) struct Assessment {
     /// Leading pairs that are good enough.
     pub(super) converged: usize,
-    /// By how much the worst wanted residual is too large; at most 1 when all have converged.
+    /// The factor by which the worst wanted residual is too large; at most 1 when all have converged.
     pub(super) excess: f64,
     /// The unit of relative tolerances: λ_k or its floor.
     pub(super) unit: f64,
@@ -51,8 +51,10 @@ pub(super) fn assess(
     let value_tol = (0.2 * tol * tol * unit).max(ROUNDING * norm);
     let residual_tol = (tol * unit).max(ROUNDING * norm);
     let excess = |j: usize| {
-        let error = value_error(values[j], residuals[j], eta);
-        let too_large = (residuals[j] / residual_tol).max((error / value_tol).sqrt());
+        // min(r, r²/gap) ≤ v means r ≤ v or r ≤ √(v gap).
+        let gap = (eta - values[j]).max(0.0);
+        let enough = value_tol.max((value_tol * gap).sqrt());
+        let too_large = residuals[j] / residual_tol.min(enough);
         // A NaN must not pass for small.
         if too_large.is_nan() {
             f64::INFINITY
@@ -131,6 +133,15 @@ mod tests {
         let a = assess(&[1.0, 1.1, 9.0], &[1e-3, 1.0, 5.0], 1, 1e-2, 10.0);
         assert!(a.excess > 1.0);
         assert!((a.cut - 1.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_excess_is_what_the_residual_must_shrink_by() {
+        // No gap at all: the residual itself has to come down to 2e-5; with a gap of 0.5 to √1e-5.
+        let close = assess(&[1.0, 1.0, 1.0], &[2e-3; 3], 1, 1e-2, 2.0);
+        assert!((close.excess - 100.0).abs() < 1e-9);
+        let apart = assess(&[1.0, 1.5], &[2e-3, 0.0], 1, 1e-2, 2.0);
+        assert!((apart.excess - 2e-3 / 1e-5f64.sqrt()).abs() < 1e-9);
     }
 
     #[test]

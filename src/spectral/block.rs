@@ -4,6 +4,7 @@
 //! touches one stretch of memory and serves all vectors at once. The width is a multiple of
 //! [`LANES`] and rows start on cache lines, so that rows are whole SIMD registers.
 
+use super::simd;
 use faer::{MatMut, MatRef};
 
 /// Numbers in a cache line, and in the widest SIMD register in use.
@@ -11,6 +12,10 @@ pub(super) const LANES: usize = 8;
 
 /// Alignment of the first row in bytes.
 const CACHE_LINE: usize = 64;
+
+/// Room kept beyond what is needed, as a share: a growing block then moves once in several updates.
+/// Memory that is never touched costs nothing.
+const HEADROOM: f64 = 0.25;
 
 /// n × width numbers, row-major, rows aligned to cache lines.
 #[derive(Debug, Default)]
@@ -31,14 +36,19 @@ impl RowBlock {
 
     /// Gives the block a new shape and sets it to zero, reusing its memory where that suffices.
     pub(super) fn reset(&mut self, rows: usize, width: usize) {
+        self.reshape(rows, width);
+        self.as_mut_slice().fill(0.0);
+    }
+
+    /// Gives the block a new shape and whatever contents, reusing its memory where that suffices.
+    pub(super) fn reshape(&mut self, rows: usize, width: usize) {
         assert_eq!(width % LANES, 0, "width must be a multiple of {LANES}");
-        let length = rows * width;
-        let needed = length + LANES;
-        if self.storage.capacity() < needed {
-            self.storage = vec![0.0; needed];
-        } else {
-            self.storage.clear();
-            self.storage.resize(needed, 0.0);
+        let needed = rows * width + LANES;
+        if self.storage.len() < needed {
+            let grows = !self.storage.is_empty();
+            self.storage = Vec::new();
+            let spare = if grows { HEADROOM * needed as f64 } else { 0.0 };
+            self.storage = vec![0.0; needed + spare as usize];
         }
         self.offset = self.storage.as_ptr().align_offset(CACHE_LINE).min(LANES);
         (self.rows, self.width) = (rows, width);
@@ -80,16 +90,21 @@ impl RowBlock {
         MatMut::from_row_major_slice_mut(self.as_mut_slice(), rows, width)
     }
 
-    /// self ← other.
-    pub(super) fn copy_from(&mut self, other: &RowBlock) {
-        self.as_mut_slice().copy_from_slice(other.as_slice());
+    /// self ← other, shape and all.
+    pub(super) fn copy_from(&mut self, other: &RowBlock, threads: usize) {
+        self.reshape(other.rows, other.width);
+        simd::for_each_stretch_mut(self.as_mut_slice(), other.width, threads, |rows, own| {
+            own.copy_from_slice(
+                &other.as_slice()[rows.start * other.width..rows.end * other.width],
+            );
+        });
     }
 }
 
 impl Clone for RowBlock {
     fn clone(&self) -> Self {
-        let mut copy = Self::zeros(self.rows, self.width);
-        copy.copy_from(self);
+        let mut copy = Self::default();
+        copy.copy_from(self, 1);
         copy
     }
 }

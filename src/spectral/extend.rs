@@ -6,14 +6,18 @@
 //! all new nodes would cost about a further solve.
 
 use super::block::RowBlock;
+use super::elimination::EliminationOrder;
 use super::{Laplacian, SymmetricOperator};
 
-/// Rows of y for the nodes that `known` (old nodes × width) does not have. Cost: O(width · edges of
-/// new nodes).
-pub(super) fn extend(laplacian: &Laplacian<'_>, known: &RowBlock) -> RowBlock {
-    let (old, width) = (known.rows(), known.width());
-    let mut fresh = RowBlock::zeros(laplacian.dim() - old, width);
-    let mut mean = vec![0.0; width];
+/// Overwrites the first `columns` entries in the rows of the nodes from `old` on, `x` being in
+/// elimination order and holding the nodes before them. Cost: O(columns · edges of new nodes).
+pub(super) fn extend(
+    laplacian: &Laplacian<'_>,
+    order: &EliminationOrder,
+    (old, columns): (usize, usize),
+    x: &mut RowBlock,
+) {
+    let mut mean = vec![0.0; columns];
     for i in old..laplacian.dim() {
         let (neighbors, weights) = laplacian.row(i);
         let mut total = 0.0;
@@ -23,23 +27,22 @@ pub(super) fn extend(laplacian: &Laplacian<'_>, known: &RowBlock) -> RowBlock {
             if j >= i {
                 break;
             }
-            let row = if j < old {
-                known.row(j)
-            } else {
-                fresh.row(j - old)
-            };
-            for (m, v) in mean.iter_mut().zip(row) {
-                *m += w * v;
+            let share = w / laplacian.scale(j);
+            for (m, v) in mean.iter_mut().zip(x.row(order.position[j] as usize)) {
+                *m += share * v;
             }
             total += w;
         }
-        if total > 0.0 {
-            for (v, m) in fresh.row_mut(i - old).iter_mut().zip(&mean) {
-                *v = m / total;
-            }
+        let factor = if total > 0.0 {
+            laplacian.scale(i) / total
+        } else {
+            0.0
+        };
+        let row = x.row_mut(order.position[i] as usize);
+        for (v, m) in row.iter_mut().zip(&mean) {
+            *v = factor * m;
         }
     }
-    fresh
 }
 
 #[cfg(test)]
@@ -58,12 +61,19 @@ mod tests {
             (4, 5, 1.0),
         ];
         let graph = testing::from_weighted_edges(6, &edges);
-        let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
-        let mut known = RowBlock::zeros(2, 8);
-        known.row_mut(0).fill(4.0);
-        known.row_mut(1).fill(8.0);
-        let fresh = extend(&laplacian, &known);
-        let first: Vec<f64> = (0..4).map(|i| fresh.row(i)[0]).collect();
-        assert_eq!(first, [7.0, 7.0, 0.0, 0.0]);
+        for kind in [LaplacianKind::Normalized, LaplacianKind::Combinatorial] {
+            let laplacian = Laplacian::new(&graph, kind).unwrap();
+            let order = EliminationOrder::new(&laplacian, None);
+            let at = |u: usize| order.position[u] as usize;
+            let mut x = RowBlock::zeros(6, 8);
+            for (u, y) in [(0, 4.0), (1, 8.0), (4, 99.0)] {
+                x.row_mut(at(u)).fill(y * laplacian.scale(u));
+            }
+            extend(&laplacian, &order, (2, 8), &mut x);
+            for (u, expected) in [(2, 7.0), (3, 7.0), (4, 0.0), (5, 0.0)] {
+                let y = x.row(at(u))[7] / laplacian.scale(u);
+                assert!((y - expected).abs() < 1e-14, "node {u}: {y}");
+            }
+        }
     }
 }

@@ -12,7 +12,8 @@
 
 use super::block::RowBlock;
 use super::shift_invert::ShiftInvert;
-use super::simd;
+use super::simd::{self, Panel, PanelKernel};
+use pulp::Simd;
 
 /// Highest degree in one go.
 const MOST_SOLVES: usize = 12;
@@ -23,7 +24,7 @@ const MOST_SPREAD: f64 = 1e6;
 
 /// Amplification of rounding errors along the null space, p(0), from which they are projected out
 /// after every solve rather than once at the end, where they would hide the columns.
-const NULL_GAIN: f64 = 1e6;
+const NULL_GAIN: f64 = 1e10;
 
 /// A filter of degree d = `solves`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,7 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    /// The cheapest filter, of at least two solves, that amplifies λ = `wanted` by `gain` over
+    /// The cheapest filter that amplifies λ = `wanted` by `gain` over
     /// everything beyond `cut`; or the strongest that does not let low modes take over all columns.
     /// `admixtures` lists low modes with the share that they have in columns not their own.
     pub(super) fn with_gain(
@@ -47,7 +48,7 @@ impl Filter {
         let mut filter = Self {
             edge: cut + sigma,
             sigma,
-            solves: 2,
+            solves: 1,
         };
         while filter.solves < MOST_SOLVES && filter.gain(wanted) < gain {
             let next = Self {
@@ -78,14 +79,13 @@ impl Filter {
     pub(super) fn apply(&self, op: &ShiftInvert<'_>, x: &mut RowBlock, z: &mut RowBlock) {
         let degree = self.solves - 1;
         let projects = self.gain(0.0) > NULL_GAIN;
+        z.copy_from(x, op.threads());
         for i in 0..degree {
             let angle = (2 * i + 1) as f64 / (2 * degree) as f64;
             let root = (1.0 + (std::f64::consts::PI * angle).cos()) / 2.0;
-            z.copy_from(x);
             solve(op, x, projects);
-            subtract(x, self.edge, root, z, op.threads());
+            combine(x, self.edge, root, z, op.threads());
         }
-        z.copy_from(x);
         solve(op, x, projects);
     }
 }
@@ -98,15 +98,39 @@ fn solve(op: &ShiftInvert<'_>, x: &mut RowBlock, projects: bool) {
     }
 }
 
-/// x ← scale x − root z
-fn subtract(x: &mut RowBlock, scale: f64, root: f64, z: &RowBlock, threads: usize) {
+/// x ← edge x − root z and z ← x, in one pass.
+fn combine(x: &mut RowBlock, edge: f64, root: f64, z: &mut RowBlock, threads: usize) {
     let width = x.width();
-    simd::for_each_stretch_mut(x.as_mut_slice(), width, threads, |rows, x| {
-        let z = &z.as_slice()[rows.start * width..rows.end * width];
-        for (x, z) in x.iter_mut().zip(z) {
-            *x = scale * *x - root * z;
-        }
+    let (x, z) = (x.as_mut_slice(), z.as_mut_slice());
+    simd::for_each_stretch_pair_mut(x, z, width, threads, |x, z| {
+        simd::for_each_panel(width, Combine { x, z, edge, root });
     });
+}
+
+struct Combine<'a> {
+    x: &'a mut [f64],
+    z: &'a mut [f64],
+    edge: f64,
+    root: f64,
+}
+
+impl PanelKernel for Combine<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
+        let x = S::as_mut_simd_f64s(self.x).0;
+        let z = S::as_mut_simd_f64s(self.z).0;
+        let (edge, root) = (simd.splat_f64s(self.edge), simd.splat_f64s(self.root));
+        for i in 0..x.len() / panel.stride {
+            let mut xi: [_; NV] = panel.load(&*x, i);
+            let zi: [_; NV] = panel.load(&*z, i);
+            for v in 0..NV {
+                xi[v] = simd.mul_f64s(edge, xi[v]);
+                xi[v] = simd.negate_mul_add_f64s(root, zi[v], xi[v]);
+            }
+            panel.store(x, i, xi);
+            panel.store(z, i, xi);
+        }
+    }
 }
 
 /// T_d(x).

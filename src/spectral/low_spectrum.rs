@@ -1,33 +1,29 @@
 //! The lowest eigenpairs of a graph that grows: which route to take, and what to carry over.
 //!
-//! - up to 300 nodes, or hardly more nodes than the block has columns: dense ([`super::dense`]);
+//! - hardly more nodes than the block has columns, or up to 300 and nothing to start from: dense
+//!   ([`super::dense`]);
 //! - as many components as pairs wanted: the null space alone, in closed form;
 //! - else filtered subspace iteration on (L + σI)⁻¹ ([`super::subspace`]), from the vectors of the
 //!   last refresh, or from a block Lanczos run where there are none;
-//! - where the factor would not fit: restarted block Lanczos on L ([`super::solver`]).
+//! - where the factor would not fit: restarted block Lanczos on L ([`super::products`]).
 
 use super::block::{LANES, RowBlock};
-use super::dense::laplacian_eigen;
-use super::eigenpairs::{Convergence, Eigenpairs, relative_unit};
+use super::eigenpairs::{Convergence, Eigenpairs};
 use super::elimination::EliminationOrder;
-use super::factor::{CholeskyFactor, FactorBuffers};
+use super::factor::FactorBuffers;
+use super::kept::Kept;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
-use super::search::{Found, Search};
-use super::solver::{DENSE_LIMIT, residual_norms, smallest_eigenpairs};
-use super::start::Remembered;
-use super::{Laplacian, Method, SpectralError, SpectralParams, SymmetricOperator};
+use super::search::PROOF_LIMIT;
+use super::solver::DENSE_LIMIT;
+use super::{Laplacian, Method, Route, SpectralError, SpectralParams, SymmetricOperator};
 use crate::graph::Csr;
 use crate::seeds::{Stream, stream};
-use faer::Mat;
 use rand_chacha::ChaCha8Rng;
+use std::sync::OnceLock;
 
 /// Least number of guard columns beside the wanted ones; one in eight if that is more.
 const GUARDS: usize = 4;
-
-/// Graphs up to this size are always proven complete by an inertia count, which costs a millisecond there, and are
-/// decomposed whole where the proof fails.
-pub(super) const PROOF_LIMIT: usize = 1500;
 
 /// Entries of a factor beyond which the search goes on without one (4 GB).
 const MOST_FILL: f64 = 5e8;
@@ -42,6 +38,8 @@ pub struct SpectrumRefresh {
     pub nodes: usize,
     /// Undirected edges, a self-loop counted once.
     pub edges: usize,
+    /// How the pairs were found.
+    pub route: Route,
     /// Whether the search began without earlier vectors.
     pub cold_start: bool,
     /// min(k, n) lowest eigenvalues, ascending.
@@ -71,31 +69,57 @@ pub struct SpectrumRefresh {
 /// ```
 #[derive(Clone, Debug)]
 pub struct LowSpectrum {
-    params: SpectralParams,
-    seed: u64,
-    refreshes: u64,
-    pairs: Option<Eigenpairs>,
-    remembered: Option<Remembered>,
+    pub(super) params: SpectralParams,
+    pub(super) seed: u64,
+    pub(super) refreshes: u64,
+    solved: Option<Solved>,
+    pub(super) kept: Option<Kept>,
     order: Option<EliminationOrder>,
     /// As [`MOST_FILL`]; tests set it lower.
-    most_fill: f64,
-    workspace: Workspace,
+    pub(super) most_fill: f64,
+    pub(super) workspace: Workspace,
+}
+
+/// Values and facts of a refresh; the vectors when somebody asks for them, or at once where the route
+/// yields them in the user's numbering.
+#[derive(Clone, Debug)]
+pub(super) struct Solved {
+    pub(super) route: Route,
+    pub(super) values: Vec<f64>,
+    pub(super) convergence: Convergence,
+    pub(super) pairs: OnceLock<Eigenpairs>,
 }
 
 /// Big arrays whose contents do not outlive a refresh.
 #[derive(Debug, Default)]
-struct Workspace {
-    permuted: PermutedLaplacian,
-    factor: FactorBuffers,
-    /// n × block width each.
-    x: RowBlock,
-    z: RowBlock,
+pub(super) struct Workspace {
+    pub(super) permuted: PermutedLaplacian,
+    pub(super) factor: FactorBuffers,
+    /// n × block width.
+    pub(super) block: RowBlock,
 }
 
 impl Clone for Workspace {
     /// An empty one: nothing in it is needed again.
     fn clone(&self) -> Self {
         Self::default()
+    }
+}
+
+/// One graph, in the forms that every route needs.
+#[derive(Clone, Copy)]
+pub(super) struct Problem<'a> {
+    pub(super) laplacian: &'a Laplacian<'a>,
+    pub(super) order: &'a EliminationOrder,
+    pub(super) null_space: &'a NullSpace,
+    /// min(k, n).
+    pub(super) k: usize,
+}
+
+impl Problem<'_> {
+    /// Pairs besides the null vectors.
+    pub(super) fn wanted(&self) -> usize {
+        self.k.saturating_sub(self.null_space.dim())
     }
 }
 
@@ -106,8 +130,8 @@ impl LowSpectrum {
             params,
             seed,
             refreshes: 0,
-            pairs: None,
-            remembered: None,
+            solved: None,
+            kept: None,
             order: None,
             most_fill: MOST_FILL,
             workspace: Workspace::default(),
@@ -115,13 +139,23 @@ impl LowSpectrum {
     }
 
     /// The pairs of the last refresh: ascending values, unit vectors in the user's numbering.
+    /// Cost: O(n k) the first time after a refresh.
     pub fn eigenpairs(&self) -> Option<&Eigenpairs> {
-        self.pairs.as_ref()
+        let solved = self.solved.as_ref()?;
+        Some(solved.pairs.get_or_init(|| {
+            let kept = self.kept.as_ref().expect("pairs are given or kept");
+            Eigenpairs {
+                vectors: kept.vectors(solved.values.len()),
+                values: solved.values.clone(),
+                convergence: solved.convergence.clone(),
+            }
+        }))
     }
 
     /// The pairs of the last refresh, for keeps.
-    pub fn into_eigenpairs(self) -> Option<Eigenpairs> {
-        self.pairs
+    pub fn into_eigenpairs(mut self) -> Option<Eigenpairs> {
+        self.eigenpairs()?;
+        self.solved.take()?.pairs.into_inner()
     }
 
     /// The parameters given at the start.
@@ -147,285 +181,97 @@ impl LowSpectrum {
         assert!(n < i32::MAX as usize, "rows are numbered in 31 bits");
         let mut rng = stream(self.seed, Stream::Spectral);
         rng.set_word_pos(u128::from(self.refreshes) << WORDS_PER_REFRESH);
-        if self.params.method != Method::Warm
-            || self.remembered.as_ref().is_some_and(|r| r.nodes() > n)
-        {
-            self.remembered = None;
+        self.solved = None;
+        if self.params.method != Method::Warm || self.kept.as_ref().is_some_and(|k| k.nodes() > n) {
+            self.workspace.block = self.kept.take().map(|k| k.block).unwrap_or_default();
             self.order = None;
         }
-        let k = self.params.num_eigenpairs.min(n);
-        let dense =
-            self.params.method == Method::Full || n <= DENSE_LIMIT || n < 4 * block_width(k);
-        let nothing_known = self.remembered.is_none();
-        let (pairs, cold_start) = if dense {
-            (self.solve_dense(&laplacian, k)?, nothing_known)
-        } else {
-            let (pairs, cold_start) = self.solve_sparse(&laplacian, k, &mut rng)?;
-            let mut pairs = self.rescued(pairs, &laplacian)?;
-            if !self.params.certify {
-                pairs.convergence.certified = None;
-            }
-            (pairs, cold_start)
+        let nothing_known = self.kept.is_none();
+        let order = EliminationOrder::new(&laplacian, self.order.as_ref());
+        let null_space = NullSpace::new(&laplacian, &order);
+        let problem = Problem {
+            laplacian: &laplacian,
+            order: &order,
+            null_space: &null_space,
+            k: self.params.num_eigenpairs.min(n),
         };
+        let (solved, searched_cold) = self.solve(problem, &mut rng)?;
+        self.order = Some(order);
         self.refreshes += 1;
         let refresh = SpectrumRefresh {
             nodes: n,
             edges: laplacian.num_edges(),
-            cold_start,
-            eigenvalues: pairs.values.clone(),
-            convergence: pairs.convergence.clone(),
+            route: solved.route,
+            cold_start: nothing_known || searched_cold,
+            eigenvalues: solved.values.clone(),
+            convergence: solved.convergence.clone(),
         };
-        self.pairs = Some(pairs);
+        self.solved = Some(solved);
         Ok(refresh)
     }
 
-    /// The dense route where the sparse one has failed, or cannot prove that it has not, and a decomposition is still
-    /// cheap: k cuts an eigenspace of more dimensions than the block has columns, on a graph of many symmetries.
+    /// The pairs, and whether a search began without earlier vectors.
+    fn solve(
+        &mut self,
+        problem: Problem<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Solved, bool), SpectralError> {
+        let (n, wanted) = (problem.laplacian.dim(), problem.wanted());
+        let warm = self
+            .kept
+            .as_ref()
+            .is_some_and(|k| k.ritz_vectors() >= wanted);
+        if self.params.method == Method::Full {
+            return Ok((self.solve_dense(problem, Route::Full)?, false));
+        }
+        if n < 4 * block_width(problem.k) {
+            return Ok((self.solve_dense(problem, Route::Small)?, false));
+        }
+        if wanted == 0 {
+            return Ok((self.solve_null_space(problem), false));
+        }
+        if n <= DENSE_LIMIT && !warm {
+            return Ok((self.solve_dense(problem, Route::Small)?, false));
+        }
+        let mut solved = self.solve_sparse(problem, warm, rng)?;
+        let proven = solved.convergence.certified == Some(true);
+        if n <= PROOF_LIMIT && !(proven && solved.convergence.converged == problem.k) {
+            solved = self.rescued(problem, &solved.convergence)?;
+        }
+        if !self.params.certify {
+            solved.convergence.certified = None;
+        }
+        Ok((solved, !warm))
+    }
+
+    /// The dense route where a search has failed, or cannot prove that it has not, and a decomposition
+    /// is still cheap: k cuts an eigenspace of more dimensions than the block has columns, on a graph
+    /// of many symmetries.
     fn rescued(
         &mut self,
-        pairs: Eigenpairs,
-        laplacian: &Laplacian<'_>,
-    ) -> Result<Eigenpairs, SpectralError> {
-        let k = pairs.values.len();
-        let proven = pairs.convergence.certified == Some(true);
-        if laplacian.dim() > PROOF_LIMIT || (proven && pairs.convergence.converged == k) {
-            return Ok(pairs);
+        problem: Problem<'_>,
+        spent: &Convergence,
+    ) -> Result<Solved, SpectralError> {
+        let mut exact = self.solve_dense(problem, Route::Rescued)?;
+        exact.convergence.applications += spent.applications;
+        exact.convergence.solves = spent.solves;
+        exact.convergence.restarts = spent.restarts;
+        if let Some(pairs) = exact.pairs.get_mut() {
+            pairs.convergence.clone_from(&exact.convergence);
         }
-        let mut exact = self.solve_dense(laplacian, k)?;
-        exact.convergence.applications += pairs.convergence.applications;
-        exact.convergence.solves = pairs.convergence.solves;
-        exact.convergence.restarts = pairs.convergence.restarts;
         Ok(exact)
-    }
-
-    fn solve_dense(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        k: usize,
-    ) -> Result<Eigenpairs, SpectralError> {
-        let (values, all) = laplacian_eigen(laplacian)?;
-        let kept = values.len().min(block_width(k) + 1);
-        let nulls = values.partition_point(|&v| v == 0.0).min(kept);
-        self.remember(laplacian, &values[..kept], nulls, None, |i, j| all[(i, j)]);
-        let vectors = all.subcols(0, k).to_owned();
-        let residuals = residual_norms(laplacian, &vectors, &values[..k]);
-        let unit = relative_unit(k.checked_sub(1).map_or(0.0, |last| values[last]));
-        let cluster_cut = k > 0
-            && values
-                .get(k)
-                .is_some_and(|next| next - values[k - 1] <= self.params.tol * unit);
-        Ok(Eigenpairs {
-            values: values[..k].to_vec(),
-            vectors,
-            convergence: Convergence {
-                converged: k,
-                applications: k,
-                cluster_cut,
-                certified: self.params.certify.then_some(true),
-                ..Convergence::from_residuals(residuals, unit)
-            },
-        })
-    }
-
-    /// The pairs, and whether the search began without earlier vectors.
-    fn solve_sparse(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        k: usize,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<(Eigenpairs, bool), SpectralError> {
-        let order = EliminationOrder::new(laplacian, self.order.as_ref());
-        let null_space = NullSpace::new(laplacian, &order);
-        let nulls = null_space.dim();
-        if nulls >= k {
-            let cold = self.remembered.is_none();
-            let mut pairs = null_pairs(&order, &null_space, k);
-            pairs.convergence.certified = Some(true);
-            let entry = |i, j| pairs.vectors[(i, j)];
-            self.remember(laplacian, &pairs.values, k, None, entry);
-            self.order = Some(order);
-            return Ok((pairs, cold));
-        }
-        self.workspace.permuted.assign(laplacian, &order);
-        let buffers = std::mem::take(&mut self.workspace.factor);
-        let factor = (order.fill <= self.most_fill)
-            .then(|| CholeskyFactor::analyze(&self.workspace.permuted, buffers))
-            .flatten();
-        let solved = match factor {
-            Some(factor) => self.solve_with(laplacian, (&order, &null_space), factor, k, rng),
-            None => self.solve_without_factor(laplacian, nulls),
-        };
-        self.order = Some(order);
-        solved
-    }
-
-    fn solve_with(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        (order, null_space): (&EliminationOrder, &NullSpace),
-        mut factor: CholeskyFactor,
-        k: usize,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<(Eigenpairs, bool), SpectralError> {
-        let wanted = k - null_space.dim();
-        let Workspace { permuted, x, z, .. } = &mut self.workspace;
-        let search = Search {
-            laplacian,
-            order,
-            null_space,
-            permuted,
-            params: &self.params,
-            wanted,
-            width: block_width(wanted),
-        };
-        let usable = self
-            .remembered
-            .as_ref()
-            .filter(|r| r.ritz_vectors() >= wanted);
-        let cold = usable.is_none();
-        let found = search.run(usable, &mut factor, (x, z), rng)?;
-        self.workspace.factor = factor.into_buffers();
-        let pairs = self.collect(order, null_space, &found, k);
-        self.remember_block(laplacian, order, null_space, &found);
-        Ok((pairs, cold))
-    }
-
-    /// Null vectors, then the wanted Ritz vectors, in the user's numbering.
-    fn collect(
-        &self,
-        order: &EliminationOrder,
-        null_space: &NullSpace,
-        found: &Found,
-        k: usize,
-    ) -> Eigenpairs {
-        let nulls = null_space.dim();
-        let outcome = &found.outcome;
-        let mut pairs = null_pairs(order, null_space, k.min(nulls));
-        let mut vectors = Mat::zeros(order.node.len(), k);
-        vectors.subcols_mut(0, nulls).copy_from(&pairs.vectors);
-        for (i, &u) in order.node.iter().enumerate() {
-            for (j, &v) in self.workspace.x.row(i)[..k - nulls].iter().enumerate() {
-                vectors[(u as usize, nulls + j)] = v;
-            }
-        }
-        let mut residuals = vec![0.0; nulls];
-        residuals.extend(&outcome.residuals[..k - nulls]);
-        pairs.values.extend(&outcome.values[..k - nulls]);
-        Eigenpairs {
-            values: pairs.values,
-            vectors,
-            convergence: Convergence {
-                converged: nulls + outcome.assessment.converged,
-                restarts: outcome.rounds - 1,
-                applications: outcome.applications,
-                solves: outcome.solves,
-                cluster_cut: outcome.assessment.cluster_cut,
-                certified: found.certified,
-                repaired: found.repaired,
-                ..Convergence::from_residuals(residuals, outcome.assessment.unit)
-            },
-        }
-    }
-
-    /// Keeps the whole block, guards included, for the next refresh.
-    fn remember_block(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        order: &EliminationOrder,
-        null_space: &NullSpace,
-        found: &Found,
-    ) {
-        let nulls = null_space.dim();
-        let kept_nulls = if nulls > 1 {
-            null_pairs(order, null_space, nulls).vectors
-        } else {
-            Mat::new()
-        };
-        let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
-        let mut values = vec![0.0; nulls];
-        values.extend(finite);
-        let block = std::mem::take(&mut self.workspace.x);
-        let gain = Some(found.outcome.gain_needed);
-        self.remember(laplacian, &values, nulls, gain, |i, j| {
-            if j < nulls {
-                kept_nulls[(i, j)]
-            } else {
-                block.row(order.position[i] as usize)[j - nulls]
-            }
-        });
-        self.workspace.x = block;
-    }
-
-    fn remember(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        values: &[f64],
-        nulls: usize,
-        gain: Option<f64>,
-        entry: impl Fn(usize, usize) -> f64,
-    ) {
-        if self.params.method == Method::Warm {
-            let gain = gain.or(self.remembered.as_ref().map(|r| r.gain));
-            self.remembered = Some(Remembered::new(laplacian, values, nulls, gain, entry));
-        }
-    }
-
-    /// Restarted Lanczos on L itself, for graphs whose factor would not fit.
-    fn solve_without_factor(
-        &mut self,
-        laplacian: &Laplacian<'_>,
-        nulls: usize,
-    ) -> Result<(Eigenpairs, bool), SpectralError> {
-        let n = laplacian.dim();
-        let known = self.pairs.as_ref().filter(|_| self.remembered.is_some());
-        let start = known.map(|pairs| {
-            Mat::from_fn(n, pairs.vectors.ncols(), |i, j| {
-                if i < pairs.vectors.nrows() {
-                    pairs.vectors[(i, j)]
-                } else {
-                    0.0
-                }
-            })
-        });
-        let start_view = start.as_ref().map(Mat::as_ref);
-        let seed = self.seed.wrapping_add(self.refreshes);
-        let mut pairs = smallest_eigenpairs(laplacian, start_view, &self.params, seed)?;
-        pairs.values[..nulls].fill(0.0);
-        self.remember(laplacian, &pairs.values, nulls, None, |i, j| {
-            pairs.vectors[(i, j)]
-        });
-        Ok((pairs, start.is_none()))
     }
 }
 
 /// Columns of a block that holds `wanted` pairs and their guards.
-fn block_width(wanted: usize) -> usize {
+pub(super) fn block_width(wanted: usize) -> usize {
     (wanted + GUARDS.max(wanted / 8)).next_multiple_of(LANES)
-}
-
-/// The first k null vectors, by their components' order of discovery.
-fn null_pairs(order: &EliminationOrder, null_space: &NullSpace, k: usize) -> Eigenpairs {
-    let mut vectors = Mat::zeros(order.node.len(), k);
-    for c in 0..k {
-        let (support, entries) = null_space.vector(c);
-        for (&u, &entry) in order.node[support].iter().zip(entries) {
-            vectors[(u as usize, c)] = entry;
-        }
-    }
-    Eigenpairs {
-        values: vec![0.0; k],
-        vectors,
-        convergence: Convergence {
-            converged: k,
-            cluster_cut: null_space.dim() > k,
-            ..Convergence::from_residuals(vec![0.0; k], relative_unit(0.0))
-        },
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spectral::dense::laplacian_eigen;
     use crate::spectral::{LaplacianKind, testing};
 
     fn spectrum(k: usize) -> LowSpectrum {

@@ -19,8 +19,8 @@
 //! | operators | [`SymmetricOperator`], [`Laplacian`], `shift_invert` |
 //! | sparse algebra | `elimination`, `etree`, `permuted`, `factor`, `triangular`, `simd`, `block` |
 //! | recurrences | `lanczos`, `filter`, `rayleigh_ritz`, `orthonormal`, [`symmetric_eigen`] |
-//! | policy | `assess`, `subspace`, `search`, `certify`, [`smallest_eigenpairs`] |
-//! | growing graphs | `extend`, `start`, [`LowSpectrum`], [`procrustes`](fn@procrustes), [`ProtoValueFunctions`], [`track`](fn@track) |
+//! | policy | `assess`, `subspace`, `search`, `certify`, `products`, [`smallest_eigenpairs`] |
+//! | growing graphs | `extend`, `kept`, `start`, `routes`, [`LowSpectrum`], [`procrustes`](fn@procrustes), [`ProtoValueFunctions`], [`track`](fn@track) |
 
 mod assess;
 mod block;
@@ -33,6 +33,7 @@ mod etree;
 mod extend;
 mod factor;
 mod filter;
+mod kept;
 mod lanczos;
 mod laplacian;
 mod low_spectrum;
@@ -41,9 +42,13 @@ mod operator;
 mod orthonormal;
 mod params;
 mod permuted;
+mod prefixes;
 mod procrustes;
+mod products;
 mod proto_value;
 mod rayleigh_ritz;
+mod route;
+mod routes;
 mod search;
 mod shift_invert;
 mod simd;
@@ -62,6 +67,7 @@ pub use operator::SymmetricOperator;
 pub use params::{LaplacianKind, Method, SpectralParams};
 pub use procrustes::procrustes;
 pub use proto_value::ProtoValueFunctions;
+pub use route::Route;
 pub use solver::smallest_eigenpairs;
 pub use track::{TrackParams, TrackReport, TrackUpdate, TrackedSpectrum, track};
 

@@ -8,15 +8,18 @@ use super::block::RowBlock;
 use super::elimination::EliminationOrder;
 use super::simd::{self, Panel, PanelKernel};
 use super::{Laplacian, SymmetricOperator};
+use faer::Mat;
 use pulp::Simd;
 use std::ops::Range;
 
 /// Orthonormal null vectors with disjoint supports, in elimination order.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct NullSpace {
     /// Entry i of the null vector of i's component.
     entries: Vec<f64>,
     components: Vec<Range<usize>>,
+    /// ‖D^1/2 1_C‖ (or √|C|) of each component.
+    norms: Vec<f64>,
 }
 
 impl NullSpace {
@@ -26,19 +29,47 @@ impl NullSpace {
             .iter()
             .map(|&u| laplacian.scale(u as usize))
             .collect();
-        for component in &order.components {
+        // In order of discovery, so that the first null vectors stay the first ones.
+        let mut components = order.components.clone();
+        components.sort_by_cached_key(|c| order.node[c.clone()].iter().min().copied());
+        let mut norms = Vec::with_capacity(components.len());
+        for component in &components {
             let entries = &mut entries[component.clone()];
             let norm = norm(entries);
             entries.iter_mut().for_each(|e| *e /= norm);
+            norms.push(norm);
         }
-        // In order of discovery, so that the first null vectors stay the first ones.
-        let mut components = order.components.clone();
-        components.sort_by_key(|c| order.node[c.clone()].iter().min().copied());
         debug_assert_eq!(entries.len(), laplacian.dim());
         Self {
             entries,
             components,
+            norms,
         }
+    }
+
+    /// The factor between vectors and functions on nodes ([`Laplacian::scale`]), in elimination order.
+    pub(super) fn scales(&self) -> Vec<f64> {
+        let mut scales = self.entries.clone();
+        for (component, norm) in self.components.iter().zip(&self.norms) {
+            scales[component.clone()]
+                .iter_mut()
+                .for_each(|s| *s *= norm);
+        }
+        scales
+    }
+
+    /// Which component each row belongs to.
+    pub(super) fn owners(&self) -> Vec<u32> {
+        let mut owners = vec![0; self.entries.len()];
+        for (c, component) in self.components.iter().enumerate() {
+            owners[component.clone()].fill(c as u32);
+        }
+        owners
+    }
+
+    /// Entry of the null vector of each row's component.
+    pub(super) fn entries(&self) -> &[f64] {
+        &self.entries
     }
 
     /// Number of connected components.
@@ -50,6 +81,19 @@ impl NullSpace {
     pub(super) fn vector(&self, c: usize) -> (Range<usize>, &[f64]) {
         let support = self.components[c].clone();
         (support.clone(), &self.entries[support])
+    }
+
+    /// The first `count` null vectors as columns; `position` is the row of each node.
+    pub(super) fn vectors(&self, position: &[u32], count: usize) -> Mat<f64> {
+        let owners = self.owners();
+        let mut vectors = Mat::zeros(position.len(), count);
+        for (u, &row) in position.iter().enumerate() {
+            let owner = owners[row as usize] as usize;
+            if owner < count {
+                vectors[(u, owner)] = self.entries[row as usize];
+            }
+        }
+        vectors
     }
 
     /// x ← x − N Nᵀ x.

@@ -9,7 +9,8 @@ use super::block::RowBlock;
 use super::dense::symmetric_eigen;
 use super::simd;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use std::ops::Range;
 
 /// Eigenvalues of the scaled Gram matrix below this are noise.
 const RANK_TOLERANCE: f64 = 1e-13;
@@ -59,37 +60,68 @@ fn whitening(gram: &Mat<f64>) -> Result<(Mat<f64>, f64), SpectralError> {
     Ok((whitening, values.get(dropped).copied().unwrap_or(1.0)))
 }
 
-/// XᵀY, summed over stretches of rows in fixed order.
-pub(super) fn inner_products(x: &RowBlock, y: &RowBlock, threads: usize) -> Mat<f64> {
-    let width = x.width();
-    let partial = simd::map_stretches(x.rows(), threads, |rows| {
-        let range = rows.start * width..rows.end * width;
-        let x = MatRef::from_column_major_slice(&x.as_slice()[range.clone()], width, rows.len());
-        let y = MatRef::from_row_major_slice(&y.as_slice()[range], rows.len(), width);
-        let mut product = Mat::zeros(width, width);
-        matmul(product.as_mut(), Accum::Replace, x, y, 1.0, Par::Seq);
-        product
-    });
-    let mut sum = Mat::zeros(width, width);
-    for part in partial {
-        sum += part;
-    }
-    sum
+/// XᵀX, summed over stretches of rows in fixed order.
+pub(super) fn gram(x: &RowBlock, threads: usize) -> Mat<f64> {
+    summed(x, threads, |rows| stretch_product(x, x, rows))
 }
 
-/// X ← X C, with zero columns where C has fewer columns than X.
-pub(super) fn rotate(x: &mut RowBlock, coefficients: &Mat<f64>, threads: usize) {
+/// XᵀX and XᵀY side by side (width × 2 width), while a stretch of X is in cache.
+pub(super) fn gram_and_product(x: &RowBlock, y: &RowBlock, threads: usize) -> (Mat<f64>, Mat<f64>) {
+    let width = x.width();
+    let both = summed(x, threads, |rows| {
+        let mut both = Mat::zeros(width, 2 * width);
+        both.subcols_mut(0, width)
+            .copy_from(stretch_product(x, x, rows.clone()));
+        both.subcols_mut(width, width)
+            .copy_from(stretch_product(x, y, rows));
+        both
+    });
+    let part = |first| both.subcols(first, width).to_owned();
+    (part(0), part(width))
+}
+
+fn summed(
+    x: &RowBlock,
+    threads: usize,
+    part: impl Fn(Range<usize>) -> Mat<f64> + Sync,
+) -> Mat<f64> {
+    let parts = simd::map_stretches(x.rows(), threads, part);
+    let sum = parts.into_iter().reduce(|sum, part| sum + part);
+    sum.expect("a block has rows")
+}
+
+/// The part of XᵀY that some rows contribute.
+fn stretch_product(x: &RowBlock, y: &RowBlock, rows: Range<usize>) -> Mat<f64> {
+    let width = x.width();
+    let range = rows.start * width..rows.end * width;
+    let x = MatRef::from_column_major_slice(&x.as_slice()[range.clone()], width, rows.len());
+    let y = MatRef::from_row_major_slice(&y.as_slice()[range], rows.len(), width);
+    let mut product = Mat::zeros(width, width);
+    matmul(product.as_mut(), Accum::Replace, x, y, 1.0, Par::Seq);
+    product
+}
+
+/// X ← X C, with zero columns where C has fewer columns than X; columns of X beyond the rows of C do
+/// not count. `scratch` is overwritten.
+pub(super) fn rotate(
+    x: &mut RowBlock,
+    coefficients: &Mat<f64>,
+    scratch: &mut RowBlock,
+    threads: usize,
+) {
     let width = x.width();
     let mut square = Mat::zeros(width, width);
     square
-        .subcols_mut(0, coefficients.ncols())
+        .submatrix_mut(0, 0, coefficients.nrows(), coefficients.ncols())
         .copy_from(coefficients);
-    simd::for_each_stretch_mut(x.as_mut_slice(), width, threads, |rows, x| {
-        let old = x.to_vec();
-        let old = MatRef::from_column_major_slice(&old, width, rows.len());
-        let new = faer::MatMut::from_column_major_slice_mut(x, width, rows.len());
+    scratch.reshape(x.rows(), width);
+    simd::for_each_stretch_mut(scratch.as_mut_slice(), width, threads, |rows, new| {
+        let old = &x.as_slice()[rows.start * width..rows.end * width];
+        let old = MatRef::from_column_major_slice(old, width, rows.len());
+        let new = MatMut::from_column_major_slice_mut(new, width, rows.len());
         matmul(new, Accum::Replace, square.transpose(), old, 1.0, Par::Seq);
     });
+    std::mem::swap(x, scratch);
 }
 
 #[cfg(test)]
@@ -129,11 +161,14 @@ mod tests {
         }
         let expected = x.as_mat().transpose() * y.as_mat();
         for threads in [1, 4] {
-            assert!((inner_products(&x, &y, threads) - &expected).norm_max() < 1e-9);
+            let (gram, product) = gram_and_product(&x, &y, threads);
+            assert!((product - &expected).norm_max() < 1e-9);
+            assert!((&gram - x.as_mat().transpose() * x.as_mat()).norm_max() < 1e-9);
+            assert_eq!(gram, super::gram(&x, threads));
         }
         let c = Mat::from_fn(8, 5, |i, j| (i + 2 * j) as f64);
         let expected = x.as_mat() * &c;
-        rotate(&mut x, &c, 1);
+        rotate(&mut x, &c, &mut y, 1);
         assert!((x.as_mat().subcols(0, 5) - expected).norm_max() < 1e-10);
         assert_eq!(x.as_mat().subcols(5, 3).norm_max(), 0.0);
     }

@@ -121,6 +121,27 @@ pub(super) fn for_each_stretch_mut(
     }
 }
 
+/// Applies `f` to the same stretch of two row-major blocks of one shape.
+pub(super) fn for_each_stretch_pair_mut(
+    a: &mut [f64],
+    b: &mut [f64],
+    width: usize,
+    threads: usize,
+    f: impl Fn(&mut [f64], &mut [f64]) + Sync,
+) {
+    assert_eq!(a.len(), b.len(), "blocks must have one shape");
+    let length = STRETCH * width;
+    if threads > 1 {
+        a.par_chunks_mut(length)
+            .zip(b.par_chunks_mut(length))
+            .for_each(|(a, b)| f(a, b));
+    } else {
+        for (a, b) in a.chunks_mut(length).zip(b.chunks_mut(length)) {
+            f(a, b);
+        }
+    }
+}
+
 /// Sums vectors of length `len`, first to last.
 pub(super) fn add_up(partial: Vec<Vec<f64>>, len: usize) -> Vec<f64> {
     let mut sum = vec![0.0; len];

@@ -1,144 +1,109 @@
-//! What an update keeps for the next one, and the start block made from it.
+//! The start block of an update: the vectors kept from the last one, on a graph that has grown.
 
 use super::block::{LANES, RowBlock};
 use super::elimination::EliminationOrder;
 use super::extend::extend;
+use super::kept::Kept;
 use super::null_space::NullSpace;
-use super::rayleigh_ritz::inner_products;
-use super::subspace::{Plan, randomize};
+use super::rayleigh_ritz::gram;
+use super::simd;
+use super::subspace::noise;
 use super::{Laplacian, SymmetricOperator};
 use rand_chacha::ChaCha8Rng;
 
 /// What is left of a unit column after projection on a space that does not contain it.
 const INDEPENDENT: f64 = 1e-6;
 
-/// Reduction of residuals expected of a first update: what a growth of some per cent needs.
-const FIRST_GAIN: f64 = 30.0;
-
-/// The vectors of the last update, in the user's numbering, as functions y = x / scale on nodes.
-#[derive(Clone, Debug)]
-pub(super) struct Remembered {
-    /// Null vectors (only if there are several), then Ritz vectors; zero columns up to the width.
-    block: RowBlock,
-    /// One per column in use, ascending; 0 for the null vectors.
-    values: Vec<f64>,
-    nulls: usize,
-    /// Reduction of residuals that updates have needed.
-    pub(super) gain: f64,
+/// The graph that has grown.
+#[derive(Clone, Copy)]
+pub(super) struct Grown<'a> {
+    pub(super) laplacian: &'a Laplacian<'a>,
+    pub(super) order: &'a EliminationOrder,
+    pub(super) null_space: &'a NullSpace,
+    pub(super) threads: usize,
 }
 
-impl Remembered {
-    /// Remembers `values.len()` columns of which the first `nulls` are null vectors; `entry(i, j)` is
-    /// entry i of eigenvector j in the user's numbering. A single null vector is not kept: it is
-    /// the same closed form on the next graph.
-    pub(super) fn new(
-        laplacian: &Laplacian<'_>,
-        values: &[f64],
-        nulls: usize,
-        gain: Option<f64>,
-        entry: impl Fn(usize, usize) -> f64,
-    ) -> Self {
-        let skipped = usize::from(nulls == 1);
-        let values = values[skipped..].to_vec();
-        let width = values.len().next_multiple_of(LANES);
-        let mut block = RowBlock::zeros(laplacian.dim(), width);
-        for i in 0..laplacian.dim() {
-            let scale = laplacian.scale(i).recip();
-            for (j, y) in block.row_mut(i)[..values.len()].iter_mut().enumerate() {
-                *y = scale * entry(i, skipped + j);
-            }
-        }
-        Self {
-            block,
-            values,
-            nulls: nulls - skipped,
-            gain: gain.unwrap_or(FIRST_GAIN),
-        }
+/// Fills `x` (n × width, elimination order) with the kept vectors, extended to new nodes, off the null
+/// space, and at least one random column: what finds an eigenvector that growth brought in.
+///
+/// Old null vectors are candidates if there were several: where components have joined all but one
+/// of theirs are no longer null. A single one is the same closed form on the next graph.
+pub(super) fn start_block(
+    kept: &Kept,
+    grown: Grown<'_>,
+    width: usize,
+    x: &mut RowBlock,
+    rng: &mut ChaCha8Rng,
+) {
+    let nulls = kept.null_space.dim();
+    let count = nulls + kept.ritz_vectors();
+    let mut columns: Vec<usize> = (0..count).collect();
+    if nulls == 1 {
+        columns.remove(0);
+    } else {
+        x.reshape(grown.laplacian.dim(), count.next_multiple_of(LANES));
+        gather(kept, grown, &columns, &[], x);
+        grown.null_space.project_out(x, grown.threads);
+        columns = independent_columns(x, count, grown.threads);
     }
+    columns.truncate(width - 1);
+    x.reshape(grown.laplacian.dim(), width);
+    let noise = noise(grown.laplacian.dim(), width - columns.len(), rng);
+    gather(kept, grown, &columns, &noise, x);
+    grown.null_space.project_out(x, grown.threads);
+}
 
-    /// Nodes of the graph it belongs to.
-    pub(super) fn nodes(&self) -> usize {
-        self.block.rows()
-    }
-
-    /// Columns besides null vectors.
-    pub(super) fn ritz_vectors(&self) -> usize {
-        self.values.len() - self.nulls
-    }
-
-    /// Guesses for a graph that has grown to `nodes`: low eigenvalues fall about as 1 / n.
-    pub(super) fn plan(&self, nodes: usize, wanted: usize, width: usize) -> Plan {
-        let shrink = self.nodes() as f64 / nodes as f64;
-        let ritz = &self.values[self.nulls..];
-        let at = |j: usize| shrink * ritz[j.min(ritz.len() - 1)];
-        Plan {
-            cut: at(width - 2).max(1.02 * at(wanted - 1)),
-            wanted: at(wanted - 1),
-            lowest: if self.nulls > 0 { 0.0 } else { at(0) },
-            gain: self.gain,
-        }
-    }
-
-    /// Fills `x` (n × width, elimination order) with the remembered vectors, extended to new nodes,
-    /// off the null space, and at least one random column.
-    pub(super) fn start_block(
-        &self,
-        laplacian: &Laplacian<'_>,
-        order: &EliminationOrder,
-        null_space: &NullSpace,
-        x: &mut RowBlock,
-        (width, threads): (usize, usize),
-        rng: &mut ChaCha8Rng,
-    ) {
-        let fresh = extend(laplacian, &self.block);
-        let taken = if self.nulls == 0 {
-            let taken: Vec<usize> = (0..self.values.len().min(width - 1)).collect();
-            self.gather(laplacian, order, &fresh, &taken, x, width);
-            taken
-        } else {
-            let all: Vec<usize> = (0..self.values.len()).collect();
-            self.gather(laplacian, order, &fresh, &all, x, self.block.width());
-            null_space.project_out(x, threads);
-            let mut independent = independent_columns(x, all.len(), threads);
-            independent.truncate(width - 1);
-            self.gather(laplacian, order, &fresh, &independent, x, width);
-            independent
-        };
-        randomize(x, taken.len(), rng);
-        null_space.project_out(x, threads);
-    }
-
-    fn gather(
-        &self,
-        laplacian: &Laplacian<'_>,
-        order: &EliminationOrder,
-        fresh: &RowBlock,
-        columns: &[usize],
-        x: &mut RowBlock,
-        width: usize,
-    ) {
-        x.reset(laplacian.dim(), width);
-        let old = self.nodes();
-        for (i, &u) in order.node.iter().enumerate() {
-            let u = u as usize;
-            let row = if u < old {
-                self.block.row(u)
-            } else {
-                fresh.row(u - old)
+/// The chosen columns (null vectors first, then Ritz vectors) as functions on nodes, scaled for the
+/// new degrees; behind them `noise`, row by row, or zeros.
+fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], noise: &[f64], x: &mut RowBlock) {
+    let nulls = kept.null_space.dim();
+    let (null_columns, ritz_columns) = columns.split_at(columns.partition_point(|&c| c < nulls));
+    let scales = kept.null_space.scales();
+    let owners = if null_columns.is_empty() {
+        Vec::new()
+    } else {
+        kept.null_space.owners()
+    };
+    let width = x.width();
+    let fresh = noise.len() / x.rows();
+    simd::for_each_stretch_mut(x.as_mut_slice(), width, grown.threads, |rows, x| {
+        let nodes = &grown.order.node[rows.clone()];
+        for ((row, &u), i) in x.chunks_exact_mut(width).zip(nodes).zip(rows) {
+            row.fill(0.0);
+            row[width - fresh..].copy_from_slice(&noise[i * fresh..(i + 1) * fresh]);
+            let Some(&from) = kept.position.get(u as usize) else {
+                continue;
             };
-            let scale = laplacian.scale(u);
-            for (x, &j) in x.row_mut(i).iter_mut().zip(columns) {
-                *x = scale * row[j];
+            let from = from as usize;
+            let factor = grown.laplacian.scale(u as usize) / scales[from];
+            let (null, ritz) = row.split_at_mut(null_columns.len());
+            for (v, &c) in null.iter_mut().zip(null_columns) {
+                if owners[from] as usize == c {
+                    *v = factor * kept.null_space.entries()[from];
+                }
+            }
+            if ritz_columns.is_empty() {
+                continue;
+            }
+            let old = kept.block.row(from);
+            for (v, &c) in ritz.iter_mut().zip(ritz_columns) {
+                *v = factor * old[c - nulls];
             }
         }
-    }
+    });
+    extend(
+        grown.laplacian,
+        grown.order,
+        (kept.nodes(), columns.len()),
+        x,
+    );
 }
 
 /// Which of the first `count` columns, of about unit norm before projection, still add something to
 /// those before them: Cholesky of the Gram matrix in order, skipping small pivots. Null vectors of
 /// components that have not changed vanish in the projection; of those that joined all but one stay.
 fn independent_columns(x: &RowBlock, count: usize, threads: usize) -> Vec<usize> {
-    let gram = inner_products(x, x, threads);
+    let gram = gram(x, threads);
     let mut kept: Vec<usize> = Vec::new();
     let mut factor: Vec<Vec<f64>> = Vec::new();
     for j in 0..count {

@@ -3,8 +3,10 @@
 //! Row order is the order of discovery. The graph grows from min(64, n) nodes by a fixed share per
 //! update until all n are there; while it has fewer than k nodes it has as many pairs as nodes.
 
+use super::prefixes::{leading_block, prefix_sizes};
 use super::{
-    Eigenpairs, LaplacianKind, LowSpectrum, Method, SpectralError, SpectralParams, check_symmetric,
+    Eigenpairs, LaplacianKind, LowSpectrum, Method, Route, SpectralError, SpectralParams,
+    check_symmetric,
 };
 use crate::graph::Csr;
 use serde::Serialize;
@@ -72,6 +74,8 @@ pub struct TrackUpdate {
     pub eigenvalues: Vec<f64>,
     /// Whether k cuts a cluster of eigenvalues.
     pub cluster_cut: bool,
+    /// How the pairs were found.
+    pub route: Route,
     /// Outcome of the inertia count; absent unless asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<bool>,
@@ -152,7 +156,7 @@ fn follow(
 ) -> Result<TrackedSpectrum, SpectralError> {
     let mut spectrum = LowSpectrum::new(params.spectral(), params.seed);
     let mut updates = Vec::new();
-    for nodes in prefix_sizes(graph.rows(), params) {
+    for nodes in prefix_sizes(graph.rows(), params.start_nodes, params.growth) {
         let prefix = leading_block(graph, nodes);
         let start = Instant::now();
         let refresh = spectrum.refresh(&prefix)?;
@@ -169,6 +173,7 @@ fn follow(
             cold_start: refresh.cold_start,
             eigenvalues: refresh.eigenvalues,
             cluster_cut: facts.cluster_cut,
+            route: refresh.route,
             certified: facts.certified.filter(|_| params.certify),
             repaired: facts.repaired,
         };
@@ -223,61 +228,10 @@ impl TrackParams {
     }
 }
 
-/// Nodes at each update.
-fn prefix_sizes(n: usize, params: &TrackParams) -> impl Iterator<Item = usize> {
-    let growth = params.growth;
-    std::iter::successors(Some(params.start_nodes.min(n)), move |&m| {
-        let grown = ((m as f64 * (1.0 + growth)).round() as usize).max(m + 1);
-        (m < n).then(|| grown.min(n))
-    })
-}
-
-/// The adjacency among the first m nodes. Cost: O(m + its entries).
-fn leading_block(graph: &Csr, m: usize) -> Csr {
-    let mut starts = Vec::with_capacity(m + 1);
-    starts.push(0u32);
-    let mut columns = Vec::new();
-    let mut weights = Vec::new();
-    for i in 0..m {
-        let range = graph.indptr().outer_inds_sz(i);
-        let row = &graph.indices()[range.clone()];
-        let inside = row.partition_point(|&j| (j as usize) < m);
-        columns.extend_from_slice(&row[..inside]);
-        weights.extend_from_slice(&graph.data()[range][..inside]);
-        starts.push(columns.len() as u32);
-    }
-    Csr::new((m, m), starts, columns, weights)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::spectral::testing;
-
-    #[test]
-    fn prefixes_grow_by_the_share_asked_for_up_to_the_whole() {
-        let params = TrackParams {
-            growth: 0.5,
-            ..Default::default()
-        };
-        let sizes: Vec<usize> = prefix_sizes(200, &params).collect();
-        assert_eq!(sizes, [64, 96, 144, 200]);
-        assert_eq!(prefix_sizes(30, &params).collect::<Vec<_>>(), [30]);
-        let slow = TrackParams {
-            growth: 1e-9,
-            start_nodes: 1,
-            ..Default::default()
-        };
-        assert_eq!(prefix_sizes(4, &slow).collect::<Vec<_>>(), [1, 2, 3, 4]);
-    }
-
-    #[test]
-    fn a_leading_block_is_the_subgraph() {
-        let graph = testing::shuffled(&testing::grid(5, 5), 3);
-        for m in [1, 7, 25] {
-            assert_eq!(leading_block(&graph, m), testing::prefix(&graph, m));
-        }
-    }
 
     #[test]
     fn report_has_the_documented_fields() {
@@ -313,6 +267,7 @@ mod tests {
             "converged",
             "cold_start",
             "eigenvalues",
+            "route",
         ] {
             assert!(update.get(field).is_some(), "{field}");
         }

@@ -69,6 +69,55 @@ proptest! {
     }
 }
 
+/// Two halls, a door at each end of the wall between them; then with doors that open one way only.
+#[test]
+fn on_ice_every_state_is_found_and_episodes_become_short() {
+    let hall = |one_way: bool| {
+        World::grid(9, 9, move |cell, direction| {
+            let (row, col) = (cell / 9, cell % 9);
+            let door = row == 1 || row == 7;
+            (col == 4 && direction == 1 && !door)
+                || (col == 5 && direction == 3 && (!door || (one_way && row == 1)))
+        })
+    };
+    for seed in 0..6 {
+        let mut follower =
+            Follower::new(hall(seed % 2 == 0), &[(80, 0)], Optimism::SeenGoals, seed);
+        follower.on_ice = true;
+        let lengths: Vec<_> = (0..80).map(|_| follower.episode(4000)).collect();
+        let late = lengths[60..].iter().flatten();
+        let mean = late.sum::<usize>() as f64 / 20.0;
+        // 16 steps, each worth 1/0.7, and a few at doors and walls.
+        assert!(mean < 30.0, "seed {seed}: {mean}, {lengths:?}");
+        assert!(
+            follower.explorer.displacements.slips().is_some(),
+            "seed {seed}"
+        );
+        let mut follower = Follower::new(hall(seed % 2 == 0), &[], Optimism::SeenGoals, seed);
+        follower.on_ice = true;
+        follower.episode(4000);
+        assert_eq!(follower.names.len(), 81, "seed {seed}");
+    }
+}
+
+#[test]
+fn where_goals_pay_the_search_goes_on_beyond_the_nearest() {
+    let seen = |goals_pay: bool, seed: u64| {
+        let mut follower = Follower::new(open(6), &[(2, 0)], Optimism::SeenGoals, seed);
+        follower.explorer.set_goals_pay(goals_pay);
+        let lengths: Vec<_> = (0..100).map(|_| follower.episode(400)).collect();
+        assert_eq!(lengths[99], Some(2), "{lengths:?}");
+        follower.names.len()
+    };
+    // How many states there were to see before the first goal is chance.
+    let missed = (0..10).filter(|&seed| seen(false, seed) < 36).count();
+    assert!(missed >= 5, "the nearest goal is near: {missed}");
+    for seed in 0..10 {
+        let all = seen(true, seed);
+        assert_eq!(all, 36, "any state might have been a richer goal");
+    }
+}
+
 #[test]
 fn a_goal_that_moved_is_found_again() {
     for seed in 0..10 {

@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn an_unknown_arm_is_corrected_by_all_there_are() {
-        let text = "[arms.steep]\nbase = \"gcn\"\nshaping.scale_factor = 4.0\n";
+        let text = "[arms.steep]\nbase = \"gcn\"\nshaping.scale_factor = 8.0\n";
         let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]).unwrap();
         let request = CompareRequest {
             path: PathBuf::from("x.toml"),

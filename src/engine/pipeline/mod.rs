@@ -7,102 +7,32 @@
 //! Then it is forgotten: φ is fitted anew on the goals that are left, or is 0 again when there are none, and the search
 //! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
 //! for: each visit would refit φ.
+//!
+//! **Nothing is computed that nobody can use.** Before the first goal φ is flat, so there is neither a fit nor, unless the
+//! agent is linear in them, a refresh of the features.
+
+mod bookkeeping;
+mod params;
+mod refresh;
+
+pub use params::{Observed, PipelineError, PipelineParams};
 
 use super::goals::GoalBook;
-use super::record::RefreshRecord;
-use super::schedule::{Moment, RefreshSchedule, ScheduleParams};
+use super::schedule::RefreshSchedule;
 use crate::env::{Action, Step, StepStatus};
-use crate::exploration::explorer::Destination;
-use crate::exploration::{CountBonus, ExplorationKind, ExplorationParams, Explorer};
-use crate::features::{DeepWalkParams, FeatureError, FeatureSet, FeatureSource};
-use crate::gcn::GcnParams;
-use crate::graph::{Csr, StateGraph, StateId, TransitionGraph};
+use crate::exploration::{CountBonus, ExplorationKind, Explorer};
+use crate::features::{FeatureSet, FeatureSource};
+use crate::graph::{StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
 use crate::shaping::chain::Chain;
 use crate::shaping::cost_to_go::cost_to_go;
 use crate::shaping::successors::Successors;
 use crate::shaping::{
-    Potential, PotentialInputs, PotentialKind, PotentialModel, PotentialTable, RewardShaper,
-    ShapingError, ShapingParams, build_potential,
+    Potential, PotentialKind, PotentialModel, PotentialTable, RewardShaper, build_potential,
 };
-use crate::spectral::{ProtoValueFunctions, SpectralParams};
-use faer::{Mat, MatRef};
+use crate::spectral::ProtoValueFunctions;
+use faer::MatRef;
 use std::hash::Hash;
-use std::time::Instant;
-use tracing::trace_span;
-
-/// Parameters of every part of the pipeline.
-#[derive(Clone, Debug)]
-pub struct PipelineParams {
-    /// Eigenpairs.
-    pub spectral: SpectralParams,
-    /// Random walks.
-    pub deepwalk: DeepWalkParams,
-    /// Network.
-    pub gcn: GcnParams,
-    /// Potential and scale.
-    pub shaping: ShapingParams,
-    /// Advice before and after the first goal.
-    pub exploration: ExplorationParams,
-    /// When to refresh and to fit.
-    pub schedule: ScheduleParams,
-    /// The discount that the agent learns with.
-    pub gamma: f64,
-}
-
-impl Default for PipelineParams {
-    /// The defaults of every part, and γ = 1 as in the source report.
-    fn default() -> Self {
-        Self {
-            spectral: SpectralParams::default(),
-            deepwalk: DeepWalkParams::default(),
-            gcn: GcnParams::default(),
-            shaping: ShapingParams::default(),
-            exploration: ExplorationParams::default(),
-            schedule: ScheduleParams::default(),
-            gamma: 1.0,
-        }
-    }
-}
-
-/// Why the pipeline could not go on.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PipelineError {
-    /// The features could not be refreshed.
-    #[error("refreshing the features: {0}")]
-    Features(#[from] FeatureError),
-    /// The potential could not be fitted.
-    #[error("fitting the potential: {0}")]
-    Shaping(#[from] ShapingError),
-    /// The environment answered with a reward that is no number.
-    #[error("step {step}: the reward is {reward}; rewards must be finite")]
-    Reward {
-        /// Environment step.
-        step: u64,
-        /// What came.
-        reward: f64,
-    },
-}
-
-/// What one step meant.
-#[derive(Clone, Debug)]
-pub struct Observed {
-    /// The number of the state that was reached.
-    pub state: StateId,
-    /// F = γ φ(s′) − φ(s), to be added to the reward; 0 without shaping.
-    pub shaping: f64,
-    /// Reward for novelty under `count-bonus`, else 0. Not potential-based.
-    pub bonus: f64,
-    /// The state was not known before.
-    pub new_state: bool,
-    /// A goal was entered while none was known: the first one, or the first after the last one was lost.
-    pub first_goal: bool,
-    /// The state was a goal until now, and the episode went on: the goal is forgotten.
-    pub lost_goal: bool,
-    /// The spectrum or the potential was brought up to date.
-    pub refresh: Option<Box<RefreshRecord>>,
-}
 
 /// What guides the agent beside the potential.
 #[derive(Clone, Debug)]
@@ -321,141 +251,6 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         Ok(chain.spurious_maxima(&phi))
     }
 
-    fn record(
-        &mut self,
-        action: Action,
-        reward: f64,
-        next: StateId,
-        new_state: bool,
-        terminated: bool,
-    ) {
-        let from = self.state;
-        let untried = self.graph.transitions().tries(from, action) == 0;
-        let new_edge = self.graph.record(from, action, reward, next, terminated);
-        self.pairs_tried += u64::from(untried);
-        if new_state {
-            self.table.inherit(next, from);
-        }
-        if let Guide::Frontier(explorer) = &mut self.guide {
-            let first_time = untried || new_edge || new_state;
-            explorer.learn(
-                self.graph.transitions(),
-                from,
-                action,
-                next,
-                terminated,
-                first_time,
-            );
-        }
-    }
-
-    /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
-    fn forget_goal(&mut self, state: StateId) -> bool {
-        if !self.book.forget(state) {
-            return false;
-        }
-        self.schedule.invalidate_fit();
-        if let Guide::Frontier(explorer) = &mut self.guide {
-            explorer.forget_destination(self.graph.transitions(), state);
-        }
-        if self.book.is_empty() {
-            self.table.flatten();
-            self.unit = 1.0;
-        }
-        true
-    }
-
-    fn keep_book(&mut self, next: StateId, step: &Step<S>) {
-        match step.status {
-            StepStatus::Running => self.book.count_step(step.reward),
-            StepStatus::Truncated => self.book.label_trajectory(self.start, next, false),
-            StepStatus::Terminated => {
-                if self.book.count_ending(next, step.reward) {
-                    self.schedule.invalidate_fit();
-                }
-                self.book.label_trajectory(self.start, next, true);
-            }
-        }
-    }
-
-    fn moment(&self) -> Moment {
-        let graph = self.graph.transitions();
-        Moment {
-            step: self.step,
-            nodes: graph.num_states(),
-            edges: graph.adjacency().num_edges(),
-            pairs_tried: self.pairs_tried,
-        }
-    }
-
-    fn refresh_if_due(
-        &mut self,
-        episode_over: bool,
-    ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
-        let now = self.moment();
-        let features_due = self.features.changes() && self.schedule.spectrum_due(now);
-        let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
-        if !features_due && !fit_due {
-            return Ok(None);
-        }
-        let adjacency = self.graph.transitions().adjacency().to_csr();
-        let mut record = RefreshRecord {
-            step: self.step,
-            nodes: now.nodes,
-            edges: now.edges,
-            spectrum: None,
-            embedding: None,
-            fit: None,
-            spectrum_seconds: 0.0,
-            fit_seconds: 0.0,
-        };
-        if features_due {
-            let _span =
-                trace_span!("spectrum_refresh", step = self.step, nodes = now.nodes).entered();
-            let begin = Instant::now();
-            let refresh = self.features.refresh(&adjacency)?;
-            record.spectrum = refresh.spectrum;
-            record.embedding = refresh.embedding;
-            record.spectrum_seconds = begin.elapsed().as_secs_f64();
-            self.schedule.spectrum_refreshed(now);
-        }
-        if fit_due {
-            let _span = trace_span!("gcn_fit", step = self.step, nodes = now.nodes).entered();
-            let begin = Instant::now();
-            self.fit(&adjacency, &mut record)?;
-            record.fit_seconds = begin.elapsed().as_secs_f64();
-            self.schedule.fitted(now);
-        }
-        Ok(Some(Box::new(record)))
-    }
-
-    fn fit(&mut self, adjacency: &Csr, record: &mut RefreshRecord) -> Result<(), PipelineError> {
-        let nothing = Mat::zeros(0, 0);
-        let handicaps = self.book.handicaps();
-        let inputs = PotentialInputs {
-            graph: self.graph.transitions(),
-            adjacency,
-            goals: self.book.goals(),
-            labels: self.book.labels(),
-            features: self
-                .features
-                .get(self.gcn_features)
-                .unwrap_or(nothing.as_ref()),
-        };
-        let fit = self.model.fit(&inputs)?;
-        self.table.replace(&fit)?;
-        record.fit = Some(fit);
-        if let Guide::Frontier(explorer) = &mut self.guide {
-            let destinations: Vec<_> = handicaps
-                .into_iter()
-                .map(|(state, handicap)| Destination { state, handicap })
-                .collect();
-            explorer.set_destinations(self.graph.transitions(), &destinations);
-            self.unit = mean_rise(self.table.values(), explorer.eccentricity());
-        }
-        Ok(())
-    }
-
     fn update_advice(&mut self) {
         if let Guide::Frontier(explorer) = &mut self.guide {
             explorer.advise(
@@ -466,21 +261,5 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
                 &mut self.advice,
             );
         }
-    }
-}
-
-/// Range of φ ÷ the hops of the farthest state: what one step towards the goal raises φ by. 1 for a flat φ, whose
-/// differences are all 0 anyway.
-fn mean_rise(values: &[f64], eccentricity: u32) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(*v), high.max(*v))
-        });
-    let range = high - low;
-    if range > 0.0 && eccentricity > 0 {
-        range / f64::from(eccentricity)
-    } else {
-        1.0
     }
 }
