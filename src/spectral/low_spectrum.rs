@@ -249,7 +249,10 @@ impl LowSpectrum {
         self.workspace.permuted.assign(laplacian, &order);
         let buffers = std::mem::take(&mut self.workspace.factor);
         let factor = (order.fill <= self.most_fill)
-            .then(|| CholeskyFactor::analyze(&self.workspace.permuted, buffers))
+            .then(|| {
+                let threads = self.params.threads;
+                CholeskyFactor::analyze(&self.workspace.permuted, &order, threads, buffers)
+            })
             .flatten();
         let solved = match factor {
             Some(factor) => self.solve_with(laplacian, (&order, &null_space), factor, k, rng),
