@@ -228,6 +228,9 @@ pub struct Track {
     /// How much the graph grows from one update to the next, as a share of its nodes
     #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive, allow_negative_numbers = true)]
     pub growth: f64,
+    /// Nodes of the first update: the graph grows from there
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = at_least_one, allow_negative_numbers = true)]
+    pub from: usize,
     /// Largest residual accepted, relative to the largest eigenvalue kept
     #[arg(long, value_name = "TOL", default_value_t = 1e-2, value_parser = positive, allow_negative_numbers = true)]
     pub tol: f64,

@@ -29,6 +29,8 @@ pub enum Stream {
     Exploration = 8,
     /// Random features, the control for learnt ones.
     Features = 9,
+    /// Slips and start states after the goals have moved.
+    MovedEnvironment = 10,
 }
 
 /// The generator of `stream` under `master_seed`.

@@ -30,6 +30,17 @@ pub(crate) fn check(
     }
 }
 
+/// The rules of every learner that keeps a table of action values and is ε-greedy on it.
+pub(crate) fn check_action_values(
+    gamma: f64,
+    epsilon: f64,
+    initial_value: f64,
+) -> Result<(), AgentError> {
+    check_gamma(gamma)?;
+    check_epsilon(epsilon)?;
+    check_finite("initial_value", initial_value)
+}
+
 pub(crate) fn check_gamma(gamma: f64) -> Result<(), AgentError> {
     check(
         "gamma",
@@ -48,7 +59,7 @@ pub(crate) fn check_rate(rate: f64) -> Result<(), AgentError> {
     )
 }
 
-pub(crate) fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
+fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
     check(
         "epsilon",
         epsilon,

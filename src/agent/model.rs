@@ -5,7 +5,9 @@
 //!
 //! Two things are not averaged, because they may change while the agent learns and only the latest is true: the
 //! shaping F of a transition (its potential is re-fitted), and whether arriving in s′ ends the task (the goal may
-//! move). The latter is taken to be a property of s′.
+//! move). The latter is taken to be a property of s′; when it changes, so has what arriving pays, and the rewards seen
+//! on all ways into s′ give way to the latest one. Else the mean of 0 at a goal and −1 since would keep an agent at the
+//! place where its goal was for good.
 //!
 //! Every distinct (s, a, s′) is one entry of an arena and a member of two chains: the outcomes of (s, a), and the ways
 //! into s′. So a growing model makes no allocation per pair, and is plain data.
@@ -121,7 +123,20 @@ impl EmpiricalModel {
         let place = self.place(from, experience.action);
         self.pairs[place].tries += 1;
         let terminal = experience.status == StepStatus::Terminated;
-        std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal
+        let changed = std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal;
+        if changed {
+            self.forget_rewards(to, experience.reward);
+        }
+        changed
+    }
+
+    /// Every way into `state` is taken to pay what was paid last. O(ways into the state).
+    fn forget_rewards(&mut self, state: StateId, latest: f64) {
+        let mut way = self.first_way_in[state.index()];
+        while let Some(entry) = self.entries.get_mut(way as usize) {
+            entry.reward_sum = latest * f64::from(entry.count);
+            way = entry.next_way_in;
+        }
     }
 
     /// The entry of (from, action, to), made if it is new.
@@ -271,6 +286,31 @@ mod tests {
         );
         assert_eq!(model.tries(StateId(0), Action(1)), 3);
         assert_eq!(model.tries(StateId(9), Action(0)), 0);
+    }
+
+    #[test]
+    fn what_arriving_pays_is_learnt_anew_when_the_goal_leaves_or_comes() {
+        use StepStatus::{Running, Terminated};
+        let mut model = EmpiricalModel::new(2, 0.0);
+        for _ in 0..100 {
+            step(&mut model, 0, 0, 0.0, 0.0, 2, Terminated);
+        }
+        step(&mut model, 1, 0, 0.0, 0.0, 2, Terminated);
+        step(&mut model, 1, 1, -7.0, 0.0, 0, Running);
+        let value = |model: &EmpiricalModel, from: u32, action: u16| {
+            model.action_value(StateId(from), Action(action), 1.0, |_| 0.0)
+        };
+        assert_eq!(value(&model, 0, 0), Some(0.0));
+        assert!(step(&mut model, 1, 0, -1.0, 0.0, 2, Running));
+        assert_eq!(value(&model, 0, 0), Some(-1.0), "by the other way in, too");
+        assert_eq!(value(&model, 1, 0), Some(-1.0));
+        assert_eq!(
+            value(&model, 1, 1),
+            Some(-7.0),
+            "other states are as they were"
+        );
+        assert!(step(&mut model, 0, 0, 5.0, 0.0, 2, Terminated));
+        assert_eq!(value(&model, 1, 0), Some(5.0));
     }
 
     #[test]

@@ -84,19 +84,23 @@ pub struct AgentParams {
     pub gamma: f64,
     /// actor-critic: step size of the policy. Default 0.1; algorithm-1 0.005, algorithm-2 0.01 (section 4.3).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.1)]
     pub actor_learning_rate: Option<f64>,
     /// Step size of action values, in (0, 1]. Default: actor-critic 0.7 (algorithm-1 0.01, algorithm-2 0.005),
     /// q-learning and dyna-q 1, sarsa 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.7)]
     pub critic_learning_rate: Option<f64>,
     /// actor-critic: preferences stay within ± this.
     pub preference_clip: f64,
     /// actor-critic and sarsa: how the value of s′ is estimated. Default: actor-critic sampled, sarsa expected.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = Bootstrap::Expected)]
     pub bootstrap: Option<Bootstrap>,
     /// q-learning, sarsa, dyna-q, policy-iteration: chance of a random action. Default: sarsa and policy-iteration
     /// 0.05, else 0 (the initial value is what explores).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.05)]
     pub epsilon: Option<f64>,
     /// q-learning, sarsa, dyna-q, policy-iteration: what an untried action is worth. 0 is optimistic where steps cost.
     pub initial_value: f64,
@@ -106,6 +110,7 @@ pub struct AgentParams {
     pub known_after: u32,
     /// planner: return expected of an unknown action. Default: from the largest reward seen so far.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 99.0)]
     pub optimistic_value: Option<f64>,
     /// planner: at most so many backups after one step; what is left waits for the next.
     pub max_backups: usize,

@@ -7,7 +7,7 @@
 //! With α = 1 it is real-time search on what was seen, and the yardstick to beat in deterministic worlds; under slip
 //! choose α below 1.
 
-use super::checks::{AgentError, check_epsilon, check_finite, check_gamma, check_rate};
+use super::checks::{AgentError, check_action_values, check_rate};
 use super::greedy::{choose, first_best};
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
@@ -47,10 +47,8 @@ impl QLearningParams {
     /// # Errors
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), AgentError> {
-        check_gamma(self.gamma)?;
         check_rate(self.learning_rate)?;
-        check_epsilon(self.epsilon)?;
-        check_finite("initial_value", self.initial_value)
+        check_action_values(self.gamma, self.epsilon, self.initial_value)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Q(s, a) ← Q(s, a) + α [R′ + γ Q(s′, a′) − Q(s, a)] with a′ drawn from the ε-greedy policy at s′ and taken next, or
 //! with Σ_b π(b|s′) Q(s′, b) in its place. Advice bends π in both.
 
-use super::checks::{AgentError, check_epsilon, check_finite, check_gamma, check_rate};
+use super::checks::{AgentError, check_action_values, check_rate};
 use super::greedy::{choose, expectation, first_best};
 use super::params::Bootstrap;
 use super::table::ActionTable;
@@ -47,10 +47,8 @@ impl SarsaParams {
     /// # Errors
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), AgentError> {
-        check_gamma(self.gamma)?;
         check_rate(self.learning_rate)?;
-        check_epsilon(self.epsilon)?;
-        check_finite("initial_value", self.initial_value)
+        check_action_values(self.gamma, self.epsilon, self.initial_value)
     }
 }
 

@@ -7,7 +7,7 @@ use comfy_table::{Table, presets};
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::estimated_bytes;
-use eigentrail::scenario::{Scenario, World};
+use eigentrail::scenario::{ArmParams, Scenario, World};
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
@@ -25,7 +25,6 @@ fn summary(scenario: &Scenario) -> String {
     let world = scenario.world(scenario.run.seed);
     let world = world.expect("the scenario was checked when it was loaded");
     let (states, reachable) = world.num_states();
-    let optimum = world.optimum();
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_header(["scenario", &scenario.name]);
@@ -44,25 +43,56 @@ fn summary(scenario: &Scenario) -> String {
             "step limit of an episode",
             &grouped(world.max_steps() as u64),
         ],
-        [
-            "optimal episode",
-            &format!(
-                "{:.6} steps, return {:.6}",
-                Short(optimum.expected_steps),
-                Short(optimum.expected_return)
-            ),
-        ],
+        ["optimal episode", &optimal(&world)],
         ["agent", &kind_of(scenario, "agent", "kind")],
         ["potential", &kind_of(scenario, "shaping", "potential")],
         ["exploration", &kind_of(scenario, "exploration", "kind")],
         ["eigenpairs", &scenario.spectral.num_eigenpairs.to_string()],
-        ["episodes", &grouped(scenario.run.episodes as u64)],
+        ["episodes", &episodes(scenario)],
         [
             "memory, about",
             &megabytes(estimated_bytes(scenario, reachable, world.num_actions())),
         ],
     ]);
+    if let Some(moved) = scenario.moved_world(scenario.run.seed).ok().flatten() {
+        table.add_row([
+            "optimal episode since the goals moved",
+            &optimal(&moved.world),
+        ]);
+    }
+    for (name, arm) in &scenario.arms {
+        table.add_row([format!("arm {name}"), describe_arm(arm)]);
+    }
     table.trim_fmt()
+}
+
+fn optimal(world: &World) -> String {
+    let optimum = world.optimum();
+    format!(
+        "{:.6} steps, return {:.6}",
+        Short(optimum.expected_steps),
+        Short(optimum.expected_return)
+    )
+}
+
+fn episodes(scenario: &Scenario) -> String {
+    let episodes = grouped(scenario.run.episodes as u64);
+    match scenario.goals_move_after() {
+        Some(after) => format!("{episodes}, the goals move after {}", grouped(after as u64)),
+        None => episodes,
+    }
+}
+
+/// What it is, or else what it is made of.
+fn describe_arm(arm: &ArmParams) -> String {
+    if let Some(about) = &arm.about {
+        return about.clone();
+    }
+    let base = arm.base.as_deref().unwrap_or("this scenario");
+    let settings = arm.settings.iter();
+    settings.fold(base.to_owned(), |text, (key, value)| {
+        format!("{text}, {key} = {value}")
+    })
 }
 
 fn describe(scenario: &Scenario, world: &World) -> String {

@@ -29,11 +29,10 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         .chain(SPARSE.map(str::to_owned))
         .collect();
     let (shaped, sparse) = (load(sets)?, load(&plain)?);
-    let World::Grid(map) = shaped
-        .scenario
-        .world(0)
-        .expect("the scenario was checked when it was loaded")
-    else {
+    // φ is that of the end of the run, so the goals are, too.
+    let last = shaped.scenario.run.episodes - 1;
+    let world = shaped.scenario.world_in(0, last);
+    let World::Grid(map) = world.expect("the scenario was checked when it was loaded") else {
         bail!(BadInput("this figure needs a world with a map".to_owned()));
     };
     let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;

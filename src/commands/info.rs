@@ -5,8 +5,7 @@ use crate::cli::{Cli, New};
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
-use eigentrail::runner::BUILT_IN_ARMS;
-use eigentrail::scenario::{Scenario, check_name, shipped, template};
+use eigentrail::scenario::{BUILT_IN_ARMS, Scenario, check_name, shipped, template};
 use serde_json::Value;
 
 pub fn schema() -> Result<Ending> {
@@ -33,7 +32,7 @@ pub fn list() -> Result<Ending> {
             text += &format!("  {word:<16} {about}\n");
         }
     }
-    text += "compare --arms\n";
+    text += "compare --arms (a scenario may add its own: [arms.NAME])\n";
     for arm in BUILT_IN_ARMS {
         text += &format!("  {:<16} {}\n", arm.name, arm.about);
     }

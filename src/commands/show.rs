@@ -3,11 +3,12 @@
 use super::{BadInput, Ending, print};
 use crate::cli;
 use anyhow::{Result, bail};
+use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
 use eigentrail::error::Error;
 use eigentrail::report::{Charset, draw_map, draw_values, grouped};
 use eigentrail::runner::{is_run, read_potential};
-use eigentrail::scenario::{Scenario, World};
+use eigentrail::scenario::{MovedWorld, Scenario, World};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,11 +25,14 @@ pub fn show(args: &cli::Show) -> Result<Ending> {
         Charset::Blocks
     };
     let text = match (&world, &args.potential) {
-        (World::Grid(map), None) => draw_map(map.layout(), charset) + &facts(&world),
+        (World::Grid(map), None) => {
+            let moved = moved_map(scenario, charset);
+            draw_map(map.layout(), charset) + &facts(&world) + &moved
+        }
         (World::Grid(map), Some(run)) => {
             let folder = seed_folder(run)?;
             same_map(map.layout(), &folder)?;
-            potential(map.layout(), &folder, charset)?
+            potential(&last_layout(scenario, map), &folder, charset)?
         }
         (World::Listed(_, names), None) => {
             format!("states: {}\n{}", names.join(", "), facts(&world))
@@ -37,6 +41,31 @@ pub fn show(args: &cli::Show) -> Result<Ending> {
     };
     print(&text)?;
     Ok(Ending::Done)
+}
+
+/// The map with the goals that a run ends with, which its potential leads to.
+fn last_layout(scenario: &Scenario, first: &GridWorld) -> Layout {
+    let last = scenario.run.episodes - 1;
+    match scenario.world_in(scenario.run.seed, last) {
+        Ok(World::Grid(map)) => map.layout().clone(),
+        _ => first.layout().clone(),
+    }
+}
+
+/// The map after the goals have moved, if they do.
+fn moved_map(scenario: &Scenario, charset: Charset) -> String {
+    match scenario.moved_world(scenario.run.seed) {
+        Ok(Some(MovedWorld { after, world })) => match &world {
+            World::Grid(map) => format!(
+                "\nafter {} episodes\n{}{}",
+                grouped(after as u64),
+                draw_map(map.layout(), charset),
+                facts(&world)
+            ),
+            World::Listed(..) => String::new(),
+        },
+        _ => String::new(),
+    }
 }
 
 /// Size and distance below the map.

@@ -24,6 +24,7 @@ pub fn track(
     let params = TrackParams {
         k: args.k,
         growth: args.growth,
+        start_nodes: args.from,
         tol: args.tol,
         method: method(args.method),
         threads: threads.unwrap_or_else(rayon::current_num_threads),

@@ -54,6 +54,14 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         self
     }
 
+    /// The same between two episodes, after the goals have moved: states that are known already are told again. O(n).
+    pub fn set_true_distances(&mut self, distance: DiscoveryHook<E::State>) {
+        self.on_discovery = Some(distance);
+        for state in 0..self.pipeline.transitions().num_states() {
+            self.tell_distance(StateId(state as u32));
+        }
+    }
+
     /// Runs one episode, to its termination or truncation. `on_refresh` is handed every refresh as it happens, and the
     /// pipeline as it is after it.
     ///

@@ -14,6 +14,7 @@
 //!
 //! Worlds draw from the generator they are given and from nothing else; they allocate when built, never in a step.
 
+mod clock;
 pub mod conformance;
 pub mod edge_list;
 mod error;
@@ -27,6 +28,8 @@ pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
 pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
 pub use tabular::{MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
 
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use std::fmt::Debug;
 use std::hash::Hash;
 
@@ -112,5 +115,13 @@ pub trait Model: Environment {
     fn optimum(&self) -> Optimum {
         self.to_mdp()
             .optimum(&self.start_states(), self.max_steps())
+    }
+}
+
+/// One of `starts`, each equally likely. A single one takes no random number.
+fn draw_start<S: Copy>(starts: &[S], rng: &mut ChaCha8Rng) -> S {
+    match starts {
+        [only] => *only,
+        several => several[rng.random_range(0..several.len())],
     }
 }

@@ -48,6 +48,8 @@ pub struct Displacements {
     tests: Vec<u32>,
     undone: Vec<u32>,
     inverse: Vec<Option<Action>>,
+    /// Whether the action has ever led to another state.
+    moved: Vec<bool>,
     directions: Vec<Direction>,
     num_axes: usize,
     /// How each state was first entered, in order of discovery; `None` for starts.
@@ -71,6 +73,7 @@ impl Displacements {
             tests: vec![0; num_actions * num_actions],
             undone: vec![0; num_actions * num_actions],
             inverse: vec![None; num_actions],
+            moved: vec![false; num_actions],
             directions,
             num_axes: num_actions,
             entry: Vec::new(),
@@ -114,6 +117,7 @@ impl Displacements {
             self.close_loop(from, action, to);
         }
         if to != from {
+            self.moved[action.index()] = true;
             self.test_undoing(graph, from, action, to);
         }
     }
@@ -143,10 +147,12 @@ impl Displacements {
     }
 
     /// A lower bound on the steps from the place where `action` leads from `from` to `goal`; 0 while positions
-    /// are not trusted.
+    /// are not trusted, or while an action is without its inverse: it might be the one that leads back along
+    /// another's axis.
     pub fn lower_bound(&mut self, from: StateId, action: Action, goal: StateId) -> u32 {
         let known = self.entry.len();
-        if !self.trusted() || from.index() >= known || goal.index() >= known {
+        let placed = from.index() < known && goal.index() < known;
+        if !placed || !self.trusted() || !self.is_paired(action) {
             return 0;
         }
         self.load_target(from, action);
@@ -156,6 +162,13 @@ impl Displacements {
             .zip(goal)
             .map(|(a, b)| a.abs_diff(*b))
             .sum()
+    }
+
+    /// Whether `action`, and every action that has ever moved, has a known inverse.
+    fn is_paired(&self, action: Action) -> bool {
+        let mut actions = self.inverse.iter().zip(&self.moved);
+        self.inverse[action.index()].is_some()
+            && actions.all(|(inverse, &moved)| inverse.is_some() || !moved)
     }
 
     /// Puts the position to which `action` leads from `from` into `scratch`.
@@ -261,202 +274,4 @@ impl Displacements {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::exploration::fixtures::{World, walled_grids};
-    use proptest::prelude::*;
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
-    /// A random walk of so many steps from state `start`, learning on the way. State numbers are those of discovery;
-    /// `names[i]` is the world's name of state i.
-    struct Walk {
-        graph: TransitionGraph,
-        learnt: Displacements,
-        names: Vec<usize>,
-    }
-
-    impl Walk {
-        fn begin(world: &World, start: usize) -> Self {
-            let mut graph = TransitionGraph::new(world.num_actions());
-            let mut learnt = Displacements::new(world.num_actions());
-            learnt.add_start(graph.add_state());
-            Self {
-                graph,
-                learnt,
-                names: vec![start],
-            }
-        }
-
-        fn id(&self, name: usize) -> Option<StateId> {
-            let place = self.names.iter().position(|&known| known == name);
-            place.map(|i| StateId(i as u32))
-        }
-
-        fn step(&mut self, world: &World, from: usize, action: Action) -> usize {
-            let to = world.moves[from][action.index()];
-            let from = self.id(from).expect("the walk has been there");
-            let target = self.id(to).unwrap_or_else(|| {
-                self.names.push(to);
-                self.graph.add_state()
-            });
-            let first_time = self.graph.tries(from, action) == 0;
-            self.graph.record(from, action, -1.0, target, false);
-            if first_time {
-                self.learnt.learn(&self.graph, from, action, target);
-            }
-            to
-        }
-
-        fn wander(world: &World, start: usize, steps: usize, seed: u64) -> Self {
-            let mut walk = Self::begin(world, start);
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut here = start;
-            for _ in 0..steps {
-                let action = Action(rng.random_range(0..world.num_actions() as u16));
-                here = walk.step(world, here, action);
-            }
-            walk
-        }
-    }
-
-    #[test]
-    fn on_an_open_grid_inverses_and_positions_are_learnt() {
-        let world = World::grid(7, 7, |_, _| false);
-        let mut walk = Walk::wander(&world, 24, 2000, 0);
-        assert!(walk.learnt.trusted());
-        for (action, undoing) in [(0, 2), (1, 3), (2, 0), (3, 1)] {
-            assert_eq!(walk.learnt.inverse(Action(action)), Some(Action(undoing)));
-        }
-        let goal = walk.id(0).expect("2000 steps go everywhere");
-        for cell in 0..49 {
-            let from = walk.id(cell).expect("2000 steps go everywhere");
-            for action in 0..4 {
-                // At the edge the bound is that of the cell beyond it.
-                let (row, col) = (cell as i32 / 7, cell as i32 % 7);
-                let (down, right) = [(-1, 0), (0, 1), (1, 0), (0, -1)][action];
-                let expected = (row + down).unsigned_abs() + (col + right).unsigned_abs();
-                let bound = walk.learnt.lower_bound(from, Action(action as u16), goal);
-                assert_eq!(bound, expected, "cell {cell} action {action}");
-            }
-        }
-    }
-
-    #[test]
-    fn predictions_tell_undoing_known_and_fresh_places_apart() {
-        let world = World::grid(3, 3, |_, _| false);
-        let [up, right, down, left] = [0, 1, 2, 3].map(Action);
-        let mut walk = Walk::begin(&world, 0);
-        assert_eq!(
-            walk.learnt.predict(&walk.graph, StateId(0), up),
-            Prediction::Unknown
-        );
-        // To and fro until both pairs are believed: over the top row and the left column and back.
-        let mut here = 0;
-        for action in [right, right, left, left, down, down, up, up] {
-            here = walk.step(&world, here, action);
-        }
-        assert_eq!(walk.learnt.inverse(right), Some(left));
-        assert_eq!(walk.learnt.inverse(up), Some(down));
-        // Loops were counted anew since the second pair was learnt; a few more confirm.
-        let more = [
-            right, down, left, right, left, down, right, left, up, right, right, left, right, up,
-        ];
-        for action in more {
-            here = walk.step(&world, here, action);
-        }
-        assert_eq!(here, 2);
-        assert!(walk.learnt.trusted());
-        let top_right = walk.id(2).expect("visited");
-        assert_eq!(
-            walk.learnt.predict(&walk.graph, top_right, down),
-            Prediction::Undo(walk.id(5).unwrap())
-        );
-        assert_eq!(
-            walk.learnt.predict(&walk.graph, top_right, right),
-            Prediction::Fresh
-        );
-        let [centre, bottom] = [4, 7].map(|cell| walk.id(cell).expect("visited"));
-        assert_eq!(
-            walk.learnt.predict(&walk.graph, bottom, up),
-            Prediction::Known(centre)
-        );
-    }
-
-    #[test]
-    fn where_moves_do_not_commute_nothing_is_trusted() {
-        for seed in 0..10 {
-            let walk = Walk::wander(&World::turtle(4), 0, 1500, seed);
-            assert!(!walk.learnt.trusted(), "turtle, seed {seed}");
-            // Positions wrap: going round a torus of 4 × 4 contradicts 8 of its 32 + 32 steps.
-            let walk = Walk::wander(&World::torus(4, 4), 0, 1500, seed);
-            assert!(!walk.learnt.trusted(), "torus, seed {seed}");
-        }
-    }
-
-    #[test]
-    fn without_trust_there_is_no_bound_and_no_prediction_of_places() {
-        let mut walk = Walk::wander(&World::torus(4, 4), 0, 1500, 0);
-        for state in 0..16 {
-            assert_eq!(
-                walk.learnt
-                    .lower_bound(StateId(state), Action(1), StateId(0)),
-                0
-            );
-            let prediction = walk.learnt.predict(&walk.graph, StateId(state), Action(1));
-            assert!(
-                matches!(prediction, Prediction::Unknown | Prediction::Undo(_)),
-                "{prediction:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn with_very_many_actions_nothing_is_learnt() {
-        let moves = (0..20).map(|s: usize| (0..20).map(|a| (s + a) % 20).collect());
-        let world = World {
-            moves: moves.collect(),
-        };
-        let mut walk = Walk::wander(&world, 0, 500, 1);
-        assert!(!walk.learnt.trusted());
-        assert_eq!(walk.learnt.inverse(Action(1)), None);
-        assert_eq!(
-            walk.learnt.predict(&walk.graph, StateId(3), Action(2)),
-            Prediction::Unknown
-        );
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(200))]
-
-        /// Walls and one-way passages only make ways longer: on grids the bound never exceeds the truth.
-        #[test]
-        fn the_bound_never_exceeds_the_distance(
-            world in walled_grids(),
-            seed in any::<u64>(),
-            steps in 10usize..400,
-        ) {
-            let mut walk = Walk::wander(&world, 0, steps, seed);
-            if walk.learnt.trusted() {
-                for from in 0..walk.names.len() {
-                    for action in 0..4 {
-                        let next = world.moves[walk.names[from]][action];
-                        if next == walk.names[from] {
-                            continue; // a bump leads nowhere
-                        }
-                        let hops = world.hops_from(next);
-                        for goal in 0..walk.names.len() {
-                            let bound = walk.learnt.lower_bound(
-                                StateId(from as u32),
-                                Action(action as u16),
-                                StateId(goal as u32),
-                            );
-                            let truth = hops[walk.names[goal]].unwrap_or(u32::MAX);
-                            prop_assert!(bound <= truth, "{} > {} hops", bound, truth);
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The moment when episodes had come near the optimum.
+/// The moment when episodes had come near the optimum, counted from the last move of the goals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Arrival {
     /// Episodes run until then.
@@ -26,6 +26,10 @@ pub struct TrialResult {
     pub optimal_steps: f64,
     /// Mean length of the last tenth of the episodes, at least 20 of them.
     pub final_mean_steps: f64,
+    /// Episodes before the goals moved, if they did: `optimal_steps`, `final_mean_steps` and the approach to the optimum
+    /// are then of the episodes since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goals_moved_after: Option<usize>,
     /// The environment step, from 1, that first reached a goal; none if none did.
     pub first_goal_step: Option<u64>,
     /// When the mean length of the last 20 episodes first was at most 1.5 times the optimum; none if never.
@@ -188,6 +192,10 @@ pub struct Comparison {
     pub episodes: usize,
     /// Mean length of an episode under the best policy.
     pub optimal_steps: f64,
+    /// Episodes before the goals moved, if they did: `optimal_steps`, the steps and episodes to 1.5 and 1.1 times the
+    /// optimum, and the final ratio are of the episodes since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goals_moved_after: Option<usize>,
     /// Regret of the sparse arm that the ratios refer to, whether it was asked for or not.
     pub sparse_regret: IqmInterval,
     /// How the sparse arm was tuned, if it was.

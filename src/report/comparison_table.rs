@@ -82,8 +82,12 @@ fn align_right(mut table: Table) -> String {
 }
 
 fn title(comparison: &Comparison) -> String {
+    let since = match comparison.goals_moved_after {
+        Some(_) => " since the goals moved",
+        None => "",
+    };
     format!(
-        "{}: {} seeds ({}), {} episodes each, optimal episode {:.1} steps",
+        "{}: {} seeds ({}), {} episodes each, optimal episode {:.1} steps{since}",
         comparison.scenario,
         comparison.seeds.len(),
         ranges(&comparison.seeds),
@@ -121,6 +125,13 @@ fn notes(comparison: &Comparison) -> String {
         "[ ]: 95 % bootstrap interval. better: chance of less regret than sparse. first goal, to 1.5×, to 1.1×: median \
          environment steps, – if half of the seeds or more never get there. final: length of the last episodes ÷ optimum.\n",
     );
+    if let Some(after) = comparison.goals_moved_after {
+        let _ = writeln!(
+            text,
+            "The goals moved after {after} episodes: regret is against the goals in force in each episode; to 1.5×, to 1.1× \
+             and final count from the move."
+        );
+    }
     let has_sparse = comparison.arms.iter().any(|arm| arm.name == "sparse");
     if !has_sparse {
         let _ = writeln!(
@@ -247,6 +258,7 @@ mod tests {
             arms: vec![gcn],
             episodes: 500,
             optimal_steps: 20.0,
+            goals_moved_after: None,
             sparse_regret: IqmInterval {
                 iqm: 10_350.0,
                 low: 9_000.0,

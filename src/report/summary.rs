@@ -19,6 +19,10 @@ pub struct SeedResult {
     pub optimal_steps: f64,
     /// Mean length of the last tenth of the episodes, at least 20 of them; 0 before the first episode ends.
     pub final_mean_steps: f64,
+    /// Episodes before the goals moved, if they did: `optimal_steps`, `final_mean_steps` are then
+    /// of the episodes since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goals_moved_after: Option<usize>,
     /// The environment step, from 1, that first reached a goal; none if none did.
     pub first_goal_step: Option<u64>,
     /// States discovered.
@@ -89,6 +93,8 @@ pub struct RunLine<'a> {
     regret: f64,
     optimal_steps: f64,
     final_mean_steps: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    goals_moved_after: Option<usize>,
     first_goal_step: Option<u64>,
     nodes: usize,
     edges: usize,
@@ -109,6 +115,7 @@ impl<'a> RunLine<'a> {
             regret: result.regret,
             optimal_steps: result.optimal_steps,
             final_mean_steps: result.final_mean_steps,
+            goals_moved_after: result.goals_moved_after,
             first_goal_step: result.first_goal_step,
             nodes: result.nodes,
             edges: result.edges,
@@ -158,6 +165,7 @@ mod tests {
                 steps,
                 regret: 0.0,
                 optimal_steps: 1.0,
+                goals_moved_after: None,
                 final_mean_steps: 1.0,
                 first_goal_step: None,
                 nodes: 1,

@@ -45,11 +45,15 @@ fn rows(result: &SeedResult, timing: &SeedTiming) -> impl Iterator<Item = (&'sta
         Some(step) => format!("step {}", grouped(step)),
         None => "never".to_owned(),
     };
+    let moved = match result.goals_moved_after {
+        Some(after) => format!(", goals moved after {}", grouped(after as u64)),
+        None => String::new(),
+    };
     [
         ("seed", result.seed.to_string()),
         (
             "episodes",
-            format!("{}{episodes}", grouped(result.episodes as u64)),
+            format!("{}{episodes}{moved}", grouped(result.episodes as u64)),
         ),
         ("steps", grouped(result.steps)),
         ("first goal", first_goal),
@@ -132,6 +136,7 @@ mod tests {
             steps: 12_345,
             regret: 1_250.5,
             optimal_steps: 20.0,
+            goals_moved_after: None,
             final_mean_steps: 21.5,
             first_goal_step: Some(321),
             nodes: 104,

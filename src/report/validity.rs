@@ -33,7 +33,9 @@ pub struct Check {
 pub fn validity(run: &RecordedRun) -> Vec<Check> {
     let seed = &run.seeds[0];
     let mut checks = vec![discounts_agree(run), telescopes(run, seed)];
-    match run.scenario.world(seed.seed) {
+    // After a move of the goals it is the last ones that value and policy are for.
+    let last = seed.episodes.len().saturating_sub(1);
+    match run.scenario.world_in(seed.seed, last) {
         Ok(World::Grid(world)) => {
             let layout = world.layout();
             let index = |label: &str| Some(world.mdp_index(&cell(layout, label)?));

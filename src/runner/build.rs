@@ -1,7 +1,7 @@
 //! From a scenario to an engine: the one place that knows every concrete type.
 
 use crate::agent::{AgentKind, AnyAgent, FeatureKind, build_agent};
-use crate::engine::{Engine, PipelineParams, ShapingPipeline};
+use crate::engine::{DiscoveryHook, Engine, PipelineParams, ShapingPipeline};
 use crate::env::Model;
 use crate::features::FeatureSource;
 use crate::scenario::Scenario;
@@ -30,10 +30,30 @@ where
     if scenario.shaping.potential != PotentialKind::Oracle {
         return Engine::new(world, pipeline, agent);
     }
+    let oracle = oracle(&world);
+    Engine::new(world, pipeline, agent).with_true_distances(oracle)
+}
+
+/// Puts `world`, the same with other goals, in the place of the present one between two episodes. The agent is not
+/// told; only the oracle knows.
+pub fn move_goals<E>(scenario: &Scenario, engine: &mut Engine<E, AnyAgent>, world: E)
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
+    if scenario.shaping.potential == PotentialKind::Oracle {
+        engine.set_true_distances(oracle(&world));
+    }
+    *engine.env_mut() = world;
+}
+
+fn oracle<E>(world: &E) -> DiscoveryHook<E::State>
+where
+    E: Model + Clone + Send + 'static,
+{
+    let steps = true_distances(world);
     let map = world.clone();
-    let steps = true_distances(&map);
-    Engine::new(world, pipeline, agent)
-        .with_true_distances(Box::new(move |state| steps[map.mdp_index(state)]))
+    Box::new(move |state| steps[map.mdp_index(state)])
 }
 
 /// The sections of a scenario that the pipeline needs.

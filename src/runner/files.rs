@@ -48,6 +48,22 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     })
 }
 
+/// Writes a text as it is.
+pub fn write_text(path: &Path, text: &str) -> io::Result<()> {
+    write_atomically(path, |file| file.write_all(text.as_bytes()))
+}
+
+/// Writes a whole table with a header line.
+pub fn write_csv(path: &Path, rows: impl Iterator<Item = impl Serialize>) -> io::Result<()> {
+    write_atomically(path, |file| {
+        let mut table = csv::Writer::from_writer(file);
+        for row in rows {
+            table.serialize(row)?;
+        }
+        table.flush()
+    })
+}
+
 /// Writes `value` as indented JSON with a final newline.
 pub fn write_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
     write_atomically(path, |file| {

@@ -5,7 +5,6 @@
 //! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
-mod arms;
 mod build;
 mod compare;
 mod crew;
@@ -14,17 +13,15 @@ mod estimate;
 pub mod files;
 mod folder;
 mod graph_files;
+mod phases;
 mod potential;
 mod records;
 mod run;
 mod session;
 mod snapshots;
 pub mod statistics;
-mod summarise;
 mod trial;
-mod tuning;
 
-pub use arms::{Arm, BASELINE, BUILT_IN_ARMS, BuiltInArm, lay_arm};
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Trial, compare};
 pub use error::RunnerError;

@@ -1,23 +1,24 @@
 //! One seed of a scenario: the loop over episodes, its records, its numbers.
 
-use super::build::build_engine;
+use super::build::{build_engine, move_goals};
 use super::error::RunnerError;
 use super::graph_files::write_graph_files;
+use super::phases::{Phases, Worlds, Yardstick};
 use super::records::SeedRecords;
 use super::snapshots::Snapshots;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
-use crate::env::{Model, Optimum};
+use crate::env::Model;
 use crate::error::Error;
 use crate::graph::StateId;
 use crate::report::{SeedResult, SeedTiming, final_mean_steps};
-use crate::scenario::{Scenario, World};
+use crate::scenario::Scenario;
 use crate::shaping::Potential;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use tracing::{info_span, trace_span};
+use tracing::{info, info_span, trace_span};
 
 /// How often the event file is brought up to date.
 const FLUSH_EVERY: Duration = Duration::from_secs(2);
@@ -53,17 +54,16 @@ pub fn run_seed(
     folder: &Path,
     watch: &mut Watch<'_>,
 ) -> Result<SeedOutcome, Error> {
-    let world = scenario.world(seed);
-    match world.expect("the scenario was checked when it was loaded") {
-        World::Grid(world) => {
-            let layout = world.layout().clone();
-            run_in(scenario, world, seed, folder, watch, "row,col", |cell| {
+    match Worlds::of(scenario, seed) {
+        Worlds::Grid(worlds) => {
+            let layout = worlds.first.layout().clone();
+            run_in(scenario, worlds, seed, folder, watch, "row,col", |cell| {
                 let (row, col) = layout.position(*cell);
                 format!("{row},{col}")
             })
         }
-        World::Listed(world, names) => {
-            run_in(scenario, world, seed, folder, watch, "name", |state| {
+        Worlds::Listed(worlds, names) => {
+            run_in(scenario, worlds, seed, folder, watch, "name", |state| {
                 csv_field(&names[state.index()])
             })
         }
@@ -72,7 +72,7 @@ pub fn run_seed(
 
 fn run_in<E>(
     scenario: &Scenario,
-    world: E,
+    mut worlds: Phases<E>,
     seed: u64,
     folder: &Path,
     watch: &mut Watch<'_>,
@@ -84,12 +84,12 @@ where
     E::State: Send,
 {
     let begun = Instant::now();
-    let mut tally = Tally::new(world.optimum());
+    let mut tally = Tally::new(worlds.yardstick());
     let mut records = SeedRecords::create(folder)?;
     let events_path = folder.join("events.jsonl");
     let events = watch.events.open(&events_path);
     let events = events.map_err(RunnerError::write(&events_path))?;
-    let mut engine = build_engine(scenario, world, seed);
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
     let mut snapshots = Snapshots::default();
 
     let span = info_span!(
@@ -101,7 +101,8 @@ where
     let played = span.in_scope(|| {
         play(
             &mut engine,
-            scenario.run.episodes,
+            scenario,
+            &mut worlds,
             &mut tally,
             &mut records,
             &mut snapshots,
@@ -131,17 +132,28 @@ where
 }
 
 /// The episodes.
-fn play<E: Model>(
+#[allow(clippy::too_many_arguments, reason = "the parts of one run")]
+fn play<E>(
     engine: &mut Engine<E, AnyAgent>,
-    episodes: usize,
+    scenario: &Scenario,
+    worlds: &mut Phases<E>,
     tally: &mut Tally,
     records: &mut SeedRecords,
     snapshots: &mut Snapshots,
     watch: &mut Watch<'_>,
     flush_events: impl Fn() -> Result<(), RunnerError>,
-) -> Result<(), Error> {
+) -> Result<(), Error>
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
     let mut flushed = Instant::now();
+    let episodes = scenario.run.episodes;
     while tally.lengths.len() < episodes && !watch.stop.load(Ordering::Relaxed) {
+        if let Some(world) = worlds.take_moved(tally.lengths.len()) {
+            info!(name: "goals_moved", episode = tally.lengths.len(), step = engine.steps(), "goals_moved");
+            move_goals(scenario, engine, world);
+        }
         let begun = Instant::now();
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
@@ -169,7 +181,7 @@ fn play<E: Model>(
 
 /// The sums over episodes.
 struct Tally {
-    optimum: Optimum,
+    yardstick: Yardstick,
     lengths: Vec<u32>,
     returns: f64,
     spectrum_refreshes: usize,
@@ -177,9 +189,9 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(optimum: Optimum) -> Self {
+    fn new(yardstick: Yardstick) -> Self {
         Self {
-            optimum,
+            yardstick,
             lengths: Vec::new(),
             returns: 0.0,
             spectrum_refreshes: 0,
@@ -193,9 +205,9 @@ impl Tally {
         self.returns += record.plain_return;
     }
 
-    /// ρ(T) = T R* − Σ R_t (eq. 15).
+    /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.lengths.len() as f64 * self.optimum.expected_return - self.returns
+        self.yardstick.expected_return(self.lengths.len()) - self.returns
     }
 
     fn outcome<E: Model>(
@@ -207,14 +219,16 @@ impl Tally {
     ) -> SeedOutcome {
         let graph = engine.pipeline().transitions();
         let wall_seconds = elapsed.as_secs_f64();
+        let episodes = self.lengths.len();
         let result = SeedResult {
             seed,
-            finished: self.lengths.len() == scenario.run.episodes,
-            episodes: self.lengths.len(),
+            finished: episodes == scenario.run.episodes,
+            episodes,
             steps: engine.steps(),
             regret: self.regret(),
-            optimal_steps: self.optimum.expected_steps,
-            final_mean_steps: final_mean_steps(&self.lengths),
+            optimal_steps: self.yardstick.last(episodes).expected_steps,
+            final_mean_steps: final_mean_steps(self.yardstick.since_move(&self.lengths)),
+            goals_moved_after: self.yardstick.moved_after(episodes),
             first_goal_step: engine.first_goal_step(),
             nodes: graph.num_states(),
             edges: graph.adjacency().num_edges(),

@@ -1,7 +1,7 @@
 //! A run folder from its opening to its end: what is written around the seeds.
 
 use super::error::RunnerError;
-use super::files::{write_atomically, write_json};
+use super::files::{write_json, write_text};
 use super::folder::{Existing, RunFolder};
 use super::run::{SeedOutcome, Watch, run_seed};
 use crate::error::Error;
@@ -9,7 +9,6 @@ use crate::report::Summary;
 use crate::scenario::{Loaded, Scenario};
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to run, and where to write it.
@@ -115,8 +114,9 @@ impl Session<'_> {
             }
             return self.summary();
         }
-        write_text(&self.folder.file("scenario.toml"), text)?;
-        write_text(&resolved_path, &resolved)?;
+        let scenario_path = self.folder.file("scenario.toml");
+        write_text(&scenario_path, text).map_err(RunnerError::write(&scenario_path))?;
+        write_text(&resolved_path, &resolved).map_err(RunnerError::write(&resolved_path))?;
         Ok(self.new_summary())
     }
 
@@ -171,10 +171,6 @@ impl Session<'_> {
             was_finished,
         }
     }
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), RunnerError> {
-    write_atomically(path, |file| file.write_all(text.as_bytes())).map_err(RunnerError::write(path))
 }
 
 fn read(path: &Path) -> Result<String, RunnerError> {

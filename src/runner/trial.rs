@@ -2,12 +2,13 @@
 //!
 //! Nothing is written and nothing logged by the step, so that the long runs of weak arms go at the speed of the loop.
 
-use super::build::build_engine;
+use super::build::{build_engine, move_goals};
+use super::phases::{Phases, Worlds, Yardstick};
 use crate::engine::RefreshRecord;
-use crate::env::{Model, Optimum};
+use crate::env::Model;
 use crate::error::Error;
 use crate::report::{Arrival, TrialResult, TrialTiming, final_mean_steps};
-use crate::scenario::{Scenario, World};
+use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -24,16 +25,15 @@ pub fn run_trial(
     seed: u64,
     stop: &AtomicBool,
 ) -> Result<Option<(TrialResult, TrialTiming)>, Error> {
-    let world = scenario.world(seed);
-    match world.expect("the scenario was checked when it was loaded") {
-        World::Grid(world) => run_in(scenario, world, seed, stop),
-        World::Listed(world, _) => run_in(scenario, world, seed, stop),
+    match Worlds::of(scenario, seed) {
+        Worlds::Grid(worlds) => run_in(scenario, worlds, seed, stop),
+        Worlds::Listed(worlds, _) => run_in(scenario, worlds, seed, stop),
     }
 }
 
 fn run_in<E>(
     scenario: &Scenario,
-    world: E,
+    mut worlds: Phases<E>,
     seed: u64,
     stop: &AtomicBool,
 ) -> Result<Option<(TrialResult, TrialTiming)>, Error>
@@ -41,14 +41,18 @@ where
     E: Model + Clone + Send + 'static,
     E::State: Send,
 {
-    let optimum = world.optimum();
-    let mut engine = build_engine(scenario, world, seed);
+    let episodes = scenario.run.episodes;
+    let yardstick = worlds.yardstick();
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
     let begun = Instant::now();
-    let mut course = Course::new(optimum);
+    let mut course = Course::new(yardstick, episodes);
     let mut timing = TrialTiming::default();
-    for _ in 0..scenario.run.episodes {
+    for episode in 0..episodes {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
+        }
+        if let Some(world) = worlds.take_moved(episode) {
+            move_goals(scenario, &mut engine, world);
         }
         let record = engine.run_episode(|refresh, _| course.count_refresh(refresh, &mut timing))?;
         course.count_episode(record.length, record.plain_return, record.step);
@@ -62,11 +66,12 @@ where
     let graph = pipeline.transitions();
     let result = TrialResult {
         seed,
-        episodes: scenario.run.episodes,
+        episodes,
         steps: engine.steps(),
         regret: course.regret(),
-        optimal_steps: optimum.expected_steps,
-        final_mean_steps: final_mean_steps(&course.lengths),
+        optimal_steps: yardstick.last(episodes).expected_steps,
+        final_mean_steps: final_mean_steps(yardstick.since_move(&course.lengths)),
+        goals_moved_after: yardstick.moved_after(episodes),
         first_goal_step: engine.first_goal_step(),
         within_1_5x: course.within_1_5x.arrival,
         within_1_1x: course.within_1_1x.arrival,
@@ -81,9 +86,12 @@ where
 
 /// The sums over episodes.
 struct Course {
-    optimum: Optimum,
+    yardstick: Yardstick,
     lengths: Vec<u32>,
     returns: f64,
+    /// Episodes before the goals moved to where they are at the end of the run, and the steps they took.
+    before_last_goals: usize,
+    moved_at: u64,
     within_1_5x: Approach,
     within_1_1x: Approach,
     spectrum_refreshes: usize,
@@ -91,13 +99,17 @@ struct Course {
 }
 
 impl Course {
-    fn new(optimum: Optimum) -> Self {
+    /// Of a run of `episodes`.
+    fn new(yardstick: Yardstick, episodes: usize) -> Self {
+        let steps = yardstick.last(episodes).expected_steps;
         Self {
-            optimum,
+            yardstick,
             lengths: Vec::new(),
             returns: 0.0,
-            within_1_5x: Approach::to(1.5 * optimum.expected_steps),
-            within_1_1x: Approach::to(1.1 * optimum.expected_steps),
+            before_last_goals: yardstick.moved_after(episodes).unwrap_or(0),
+            moved_at: 0,
+            within_1_5x: Approach::to(1.5 * steps),
+            within_1_1x: Approach::to(1.1 * steps),
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
@@ -115,13 +127,23 @@ impl Course {
     fn count_episode(&mut self, length: u64, plain_return: f64, step: u64) {
         self.lengths.push(u32::try_from(length).unwrap_or(u32::MAX));
         self.returns += plain_return;
-        self.within_1_5x.look(&self.lengths, step);
-        self.within_1_1x.look(&self.lengths, step);
+        self.look(step);
     }
 
-    /// ρ(T) = T R* − Σ R_t (eq. 15).
+    /// Whether the episodes under the goals that the run ends with have come near the optimum.
+    fn look(&mut self, step: u64) {
+        if self.lengths.len() <= self.before_last_goals {
+            self.moved_at = step;
+            return;
+        }
+        let lengths = &self.lengths[self.before_last_goals..];
+        self.within_1_5x.look(lengths, step - self.moved_at);
+        self.within_1_1x.look(lengths, step - self.moved_at);
+    }
+
+    /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.lengths.len() as f64 * self.optimum.expected_return - self.returns
+        self.yardstick.expected_return(self.lengths.len()) - self.returns
     }
 }
 
@@ -193,5 +215,30 @@ mod tests {
         assert_eq!(run_trial(&scenario, 5, &go_on).unwrap().unwrap().0, result);
         let stop = AtomicBool::new(true);
         assert!(run_trial(&scenario, 5, &stop).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_goal_that_moves_is_measured_by_its_present_place() {
+        let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\ngoals_move_after = 60\n[run]\nepisodes = 100\n";
+        let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+        let scenario = scenario.unwrap().scenario;
+        let (result, _) = run_trial(&scenario, 5, &AtomicBool::new(false))
+            .unwrap()
+            .unwrap();
+        assert_eq!(result.goals_moved_after, Some(60));
+        assert_eq!(result.optimal_steps, 4.0);
+        assert_eq!(
+            result.regret,
+            result.steps as f64 - (60.0 * 7.0 + 40.0 * 4.0)
+        );
+        let arrival = result
+            .within_1_5x
+            .expect("a field of 20 cells is soon known");
+        assert!(
+            arrival.episodes >= 20 && arrival.episodes <= 40,
+            "{arrival:?}"
+        );
+        assert!(arrival.steps < result.steps - 60 * 7, "{arrival:?}");
+        assert!(result.final_mean_steps < 1.5 * 4.0, "{result:?}");
     }
 }

@@ -4,7 +4,7 @@
 //! of their own; their ranges are shifted past the end of the file, as if they stood below it. So one number
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
-use super::error::{Choices, Location, ScenarioError};
+use super::error::{BrokenRule, Choices, Location, ScenarioError};
 use super::keys::{KeyPlaces, line_and_column};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -15,26 +15,50 @@ use toml::de::{DeTable, DeValue};
 type Table<'t> = DeTable<'t>;
 
 /// A parsed scenario file, before it becomes types.
+#[derive(Clone)]
 pub struct Document {
     path: PathBuf,
     text: String,
-    /// `key = value` as TOML, beside what the user typed.
-    flags: Vec<(String, String)>,
+    /// `key = value` as TOML, beside what to blame for it.
+    laid: Vec<(String, Location)>,
 }
 
 impl Document {
     /// A document from its text; `path` only serves messages. `sets` are `a.b=value`: a value that is not TOML
     /// is taken as a string, so that `shaping.potential=none` needs no quotes.
     pub fn new(path: &Path, text: String, sets: &[String]) -> Result<Self, ScenarioError> {
-        let flags = sets
-            .iter()
-            .map(|set| Ok((assignment(set)?, set.clone())))
-            .collect::<Result<_, ScenarioError>>()?;
-        Ok(Self {
+        let mut document = Self {
             path: path.to_owned(),
             text,
-            flags,
-        })
+            laid: Vec::new(),
+        };
+        for set in sets {
+            document.lay(set, Location::Flag(set.clone()))?;
+        }
+        Ok(document)
+    }
+
+    /// Lays one more assignment `a.b=value` over the document; `place` is to blame for it.
+    pub fn lay(&mut self, assigned: &str, place: Location) -> Result<(), ScenarioError> {
+        let toml = assignment(assigned).ok_or_else(|| ScenarioError::Syntax {
+            place: place.clone(),
+            message: "an assignment looks like section.key=value".to_owned(),
+        })?;
+        self.laid.push((toml, place));
+        Ok(())
+    }
+
+    /// The file that it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A broken rule as an error with its place.
+    pub fn blame(&self, broken: BrokenRule) -> ScenarioError {
+        ScenarioError::Rule {
+            place: self.place_of(&broken.key),
+            message: broken.message,
+        }
     }
 
     /// The text of the file, without the assignments.
@@ -75,7 +99,7 @@ impl Document {
             .map_err(|error| self.syntax(&error, 0))?
             .into_inner();
         let mut base = self.text.len() + 1;
-        for (toml, _) in &self.flags {
+        for (toml, _) in &self.laid {
             let over = DeTable::parse(toml)
                 .map_err(|error| self.syntax(&error, base))?
                 .into_inner();
@@ -96,10 +120,10 @@ impl Document {
                 column,
             };
         }
-        for (toml, typed) in &self.flags {
+        for (toml, place) in &self.laid {
             base += toml.len() + 1;
             if offset < base {
-                return Location::Flag(typed.clone());
+                return place.clone();
             }
         }
         Location::File(self.path.clone())
@@ -147,20 +171,14 @@ impl Document {
     }
 }
 
-/// `a.b=value` as TOML.
-fn assignment(set: &str) -> Result<String, ScenarioError> {
-    let Some((key, value)) = set.split_once('=') else {
-        return Err(ScenarioError::Syntax {
-            place: Location::Flag(set.to_owned()),
-            message: "an assignment looks like section.key=value".to_owned(),
-        });
-    };
+/// `a.b=value` as TOML; none without an `=`.
+fn assignment(set: &str) -> Option<String> {
+    let (key, value) = set.split_once('=')?;
     let (key, value) = (key.trim(), value.trim());
-    let as_is = format!("{key} = {value}");
     if DeValue::parse(value).is_ok() {
-        return Ok(as_is);
+        return Some(format!("{key} = {value}"));
     }
-    Ok(format!("{key} = {}", toml::Value::from(value)))
+    Some(format!("{key} = {}", toml::Value::from(value)))
 }
 
 /// Puts `over` on top of `table`, key by key; what is not a table is replaced.

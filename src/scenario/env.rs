@@ -1,7 +1,7 @@
 //! The section `[env]`: which world.
 
 use super::error::BrokenRule;
-use super::place::{MaxSteps, Place};
+use super::place::{MaxSteps, MoveAfter, Place};
 use crate::env::grid_world::RewardScheme;
 use crate::env::layouts::Doors;
 use schemars::JsonSchema;
@@ -84,6 +84,33 @@ pub struct GoalSpec {
     pub reward: Option<f64>,
 }
 
+/// Which of the two lists of goals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum GoalList {
+    /// Those that a run begins with.
+    First,
+    /// Those that take their place.
+    Moved,
+}
+
+impl GoalList {
+    /// Its key.
+    pub(super) fn key(self) -> &'static str {
+        match self {
+            GoalList::First => "env.goals",
+            GoalList::Moved => "env.moved_goals",
+        }
+    }
+
+    /// The goals in it, if it is given.
+    pub(super) fn of(self, env: &EnvParams) -> Option<&[GoalSpec]> {
+        match self {
+            GoalList::First => env.goals.as_deref(),
+            GoalList::Moved => env.moved_goals.as_deref(),
+        }
+    }
+}
+
 /// The section `[env]`. A key that the kind has no use for is an error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -120,13 +147,16 @@ pub struct EnvParams {
     /// ascii: the map. `#` wall, `.` or space free, `S` start, `G` goal, 1 to 9 goals with a reward in `rewards`,
     /// `^ v < >` cells that can only be left that way.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = "S..#\n...G\n")]
     pub map: Option<String>,
     /// ascii: what the goals 1 to 9 of the map pay on top of a step.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = BTreeMap::from([("1", 20.0)]))]
     pub rewards: Option<BTreeMap<String, f64>>,
     /// edge-list: a CSV file with the header from,action,to and optionally probability,reward; a relative path
     /// begins at the folder of the scenario.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = "world.csv")]
     pub file: Option<PathBuf>,
     /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
     /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file).
@@ -136,6 +166,14 @@ pub struct EnvParams {
     /// for ascii what the map says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goals: Option<Vec<GoalSpec>>,
+    /// Goals that take the place of `goals` while the run goes on; the agent is not told. Without them nothing moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = [GoalSpec { at: Place::from("top-right"), reward: None }])]
+    pub moved_goals: Option<Vec<GoalSpec>>,
+    /// With `moved_goals`: the episodes before the move, "half" of the run's (the default) or a number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 250)]
+    pub goals_move_after: Option<MoveAfter>,
     /// "step-cost": −1 a step (eq. 2 of the report); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first.
     pub reward: RewardScheme,
@@ -177,6 +215,9 @@ impl EnvParams {
             };
             fill(&mut self.goals, vec![goal]);
         }
+        if self.moved_goals.is_some() {
+            fill(&mut self.goals_move_after, MoveAfter::default());
+        }
     }
 
     /// Whether what is given goes together; the map itself is judged when it is built.
@@ -201,6 +242,12 @@ impl EnvParams {
             .find(|(key, given)| *given && !own.contains(key));
         if let Some((key, _)) = stray {
             return Err(self.stray(key));
+        }
+        if self.goals_move_after.is_some() && self.moved_goals.is_none() {
+            return Err(BrokenRule::new(
+                "env.goals_move_after",
+                "env.goals_move_after needs env.moved_goals: where the goals move to",
+            ));
         }
         match self.kind {
             EnvKind::Ascii if self.map.is_none() => Err(missing("env.map", self.kind)),

@@ -19,6 +19,8 @@ pub enum Location {
     File(PathBuf),
     /// An assignment on the command line, as it was typed.
     Flag(String),
+    /// A setting of an arm that is built in or made up for a comparison: the arm's name, the setting.
+    Arm(String, String),
 }
 
 impl fmt::Display for Location {
@@ -29,6 +31,7 @@ impl fmt::Display for Location {
             }
             Location::File(file) => write!(f, "{}", file.display()),
             Location::Flag(text) => write!(f, "--set {text}"),
+            Location::Arm(name, setting) => write!(f, "arm {name}, {setting}"),
         }
     }
 }

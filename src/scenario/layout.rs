@@ -1,6 +1,6 @@
 //! From the section `[env]` to a map, and from a world's complaint to the key that is to blame.
 
-use super::env::{EnvKind, EnvParams};
+use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::{BrokenRule, nearest};
 use super::place::Place;
 use crate::env::EnvError;
@@ -25,12 +25,12 @@ impl EnvParams {
         self.start == Some(Place::from("random"))
     }
 
-    /// The map with its start and goals. Call it on parameters with their defaults written out.
+    /// The map with its start and these goals. Call it on parameters with their defaults written out.
     ///
     /// # Errors
     /// What the map's constructors find wrong, with the key to blame.
-    pub(crate) fn layout(&self) -> Result<Layout, BrokenRule> {
-        let mut layout = self.bare_layout().map_err(|e| self.blame(e))?;
+    pub(super) fn layout(&self, goals: GoalList) -> Result<Layout, BrokenRule> {
+        let mut layout = self.bare_layout().map_err(|e| self.blame(e, goals))?;
         if let Some(start) = &self.start
             && !self.starts_anywhere()
         {
@@ -39,10 +39,10 @@ impl EnvParams {
                 .with_start(at)
                 .map_err(|e| place_rule("env.start", &e))?;
         }
-        if let Some(goals) = &self.goals {
+        if let Some(specs) = goals.of(self) {
             layout.goals.clear();
-            for (i, goal) in goals.iter().enumerate() {
-                let key = format!("env.goals[{i}].at");
+            for (i, goal) in specs.iter().enumerate() {
+                let key = format!("{}[{i}].at", goals.key());
                 let at = placement(&key, &goal.at)?;
                 layout = layout
                     .with_goal(at, goal.reward)
@@ -91,8 +91,8 @@ impl EnvParams {
             .collect()
     }
 
-    /// The key to blame for what is wrong with a world.
-    pub(crate) fn blame(&self, error: EnvError) -> BrokenRule {
+    /// The key to blame for what is wrong with the world that has these goals.
+    pub(super) fn blame(&self, error: EnvError, goals: GoalList) -> BrokenRule {
         let key = match &error {
             EnvError::RewardKey { .. } => "env.rewards".to_owned(),
             EnvError::GoalWithoutReward { .. } => "env.rewards".to_owned(),
@@ -105,7 +105,10 @@ impl EnvParams {
             EnvError::NoGoal
             | EnvError::GoalInWall { .. }
             | EnvError::DuplicateGoal { .. }
-            | EnvError::GoalUnreachable { .. } => self.or_map("env.goals", self.goals.is_some()),
+            | EnvError::GoalUnreachable { .. } => {
+                self.or_map(goals.key(), goals.of(self).is_some())
+            }
+            EnvError::StartIsGoal { .. } if goals == GoalList::Moved => goals.key().to_owned(),
             EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {
                 self.or_map("env.start", self.start.is_some())
             }

@@ -15,7 +15,10 @@
 //! | `[agent]` | the learner | [`AgentParams`] |
 //! | `[schedule]` | when to refresh and to fit | [`ScheduleParams`] |
 //! | `[run]` | how long | [`RunParams`] |
+//! | `[arms.NAME]` | what to compare, beside the built-in arms | [`ArmParams`] |
 
+mod arms;
+mod built_in_arms;
 mod document;
 mod env;
 mod error;
@@ -26,13 +29,15 @@ mod shipped;
 mod template;
 mod world;
 
+pub use arms::{Arm, ArmParams};
+pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm};
 pub use document::Document;
 pub use env::{EnvKind, EnvParams, GoalSpec};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
-pub use place::{MaxSteps, Place};
+pub use place::{MaxSteps, MoveAfter, Place};
 pub use shipped::{Shipped, shipped};
 pub use template::template;
-pub use world::World;
+pub use world::{MovedWorld, World};
 
 use crate::agent::AgentParams;
 use crate::engine::ScheduleParams;
@@ -43,6 +48,7 @@ use crate::shaping::ShapingParams;
 use crate::spectral::SpectralParams;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -89,6 +95,9 @@ pub struct Scenario {
     pub schedule: ScheduleParams,
     /// How long, and from which seed.
     pub run: RunParams,
+    /// Arms of your own for `compare`, by name, beside those that are built in (see `list`).
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub arms: BTreeMap<String, ArmParams>,
 }
 
 /// A scenario, with the file it came from.
@@ -122,16 +131,21 @@ impl Scenario {
     /// As [`Scenario::load`].
     pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
         let document = Document::new(path, text, sets)?;
-        let mut scenario: Scenario = document.deserialize()?;
-        scenario.complete(path);
-        scenario.validate().map_err(|broken| ScenarioError::Rule {
-            place: document.place_of(&broken.key),
-            message: broken.message,
-        })?;
+        let scenario = Self::of(&document)?;
+        scenario.check_arms(&document)?;
         Ok(Loaded {
             scenario,
             text: document.text().to_owned(),
         })
+    }
+
+    /// The scenario of a document, complete and checked but for its arms.
+    fn of(document: &Document) -> Result<Scenario, ScenarioError> {
+        let mut scenario: Scenario = document.deserialize()?;
+        scenario.complete(document.path());
+        let checked = scenario.validate();
+        checked.map_err(|broken| document.blame(broken))?;
+        Ok(scenario)
     }
 
     /// The scenario as TOML with every default written out.
@@ -155,6 +169,7 @@ impl Scenario {
             *file = folder.join(&*file);
         }
         self.env.fill_defaults();
+        self.arms.values_mut().for_each(ArmParams::flatten);
     }
 
     /// Checks every section, and that they go together; builds the world to see that it is one.
@@ -177,7 +192,8 @@ impl Scenario {
                 "run.episodes must be at least 1",
             ));
         }
-        self.world(0).map(drop)
+        self.world(0)?;
+        self.moved_world(0).map(drop)
     }
 }
 

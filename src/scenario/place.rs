@@ -1,4 +1,4 @@
-//! Small values that are written in more than one way: places, starts, step limits.
+//! Small values that are written in more than one way: places, starts, limits.
 
 use schemars::JsonSchema;
 use serde::de::{self, SeqAccess, Visitor};
@@ -78,6 +78,27 @@ impl MaxSteps {
     }
 }
 
+/// After how many episodes goals move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema)]
+#[schemars(with = "HalfOrNumber")]
+pub enum MoveAfter {
+    /// "half": half of the run's episodes, rounded up.
+    #[default]
+    Half,
+    /// So many.
+    Episodes(usize),
+}
+
+impl MoveAfter {
+    /// The number of episodes with the first goals, in a run of `episodes`.
+    pub fn resolved(self, episodes: usize) -> usize {
+        match self {
+            MoveAfter::Half => episodes.div_ceil(2),
+            MoveAfter::Episodes(given) => given,
+        }
+    }
+}
+
 /// How [`MaxSteps`] is written.
 #[derive(JsonSchema)]
 #[serde(untagged)]
@@ -95,6 +116,23 @@ enum Auto {
     Auto,
 }
 
+/// How [`MoveAfter`] is written.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "MoveAfter")]
+#[allow(dead_code, reason = "describes the format to the schema")]
+enum HalfOrNumber {
+    Word(Half),
+    Number(usize),
+}
+
+#[derive(JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[allow(dead_code, reason = "describes the format to the schema")]
+enum Half {
+    Half,
+}
+
 impl Serialize for MaxSteps {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -104,38 +142,59 @@ impl Serialize for MaxSteps {
     }
 }
 
+impl Serialize for MoveAfter {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            MoveAfter::Half => serializer.serialize_str("half"),
+            MoveAfter::Episodes(episodes) => serializer.serialize_u64(*episodes as u64),
+        }
+    }
+}
+
 impl<'de> Deserialize<'de> for MaxSteps {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct MaxStepsVisitor;
-        impl Visitor<'_> for MaxStepsVisitor {
-            type Value = MaxSteps;
+        let given = deserializer.deserialize_any(WordOr("auto"))?;
+        Ok(given.map_or(MaxSteps::Auto, MaxSteps::Steps))
+    }
+}
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("\"auto\" or a whole number from 1")
-            }
-            fn visit_str<E: de::Error>(self, word: &str) -> Result<MaxSteps, E> {
-                match word {
-                    "auto" => Ok(MaxSteps::Auto),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(word), &self)),
-                }
-            }
-            fn visit_i64<E: de::Error>(self, steps: i64) -> Result<MaxSteps, E> {
-                let invalid = || E::invalid_value(de::Unexpected::Signed(steps), &self);
-                let steps = usize::try_from(steps).map_err(|_| invalid())?;
-                if steps == 0 {
-                    Err(invalid())
-                } else {
-                    Ok(MaxSteps::Steps(steps))
-                }
-            }
-            fn visit_u64<E: de::Error>(self, steps: u64) -> Result<MaxSteps, E> {
-                match i64::try_from(steps) {
-                    Ok(steps) => self.visit_i64(steps),
-                    Err(_) => Err(E::invalid_value(de::Unexpected::Unsigned(steps), &self)),
-                }
-            }
+impl<'de> Deserialize<'de> for MoveAfter {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let given = deserializer.deserialize_any(WordOr("half"))?;
+        Ok(given.map_or(MoveAfter::Half, MoveAfter::Episodes))
+    }
+}
+
+/// Reads a whole number from 1, or this word, which is none.
+struct WordOr(&'static str);
+
+impl Visitor<'_> for WordOr {
+    type Value = Option<usize>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\" or a whole number from 1", self.0)
+    }
+
+    fn visit_str<E: de::Error>(self, word: &str) -> Result<Option<usize>, E> {
+        if word == self.0 {
+            Ok(None)
+        } else {
+            Err(E::invalid_value(de::Unexpected::Str(word), &self))
         }
-        deserializer.deserialize_any(MaxStepsVisitor)
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Option<usize>, E> {
+        match usize::try_from(number) {
+            Ok(positive @ 1..) => Ok(Some(positive)),
+            _ => Err(E::invalid_value(de::Unexpected::Signed(number), &self)),
+        }
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Option<usize>, E> {
+        match i64::try_from(number) {
+            Ok(number) => self.visit_i64(number),
+            Err(_) => Err(E::invalid_value(de::Unexpected::Unsigned(number), &self)),
+        }
     }
 }
 
@@ -147,17 +206,25 @@ mod tests {
     struct Both {
         start: Place,
         max_steps: MaxSteps,
+        #[serde(default)]
+        goals_move_after: MoveAfter,
     }
 
     #[test]
     fn both_ways_of_writing_survive_a_round_trip() {
         for text in [
-            "start = \"top-left\"\nmax_steps = \"auto\"\n",
-            "start = [3, 4]\nmax_steps = 17\n",
+            "start = \"top-left\"\nmax_steps = \"auto\"\ngoals_move_after = \"half\"\n",
+            "start = [3, 4]\nmax_steps = 17\ngoals_move_after = 5\n",
         ] {
             let both: Both = toml::from_str(text).unwrap();
             assert_eq!(toml::to_string(&both).unwrap(), text);
         }
+    }
+
+    #[test]
+    fn half_of_the_episodes_is_rounded_up() {
+        assert_eq!([1, 2, 5].map(|n| MoveAfter::Half.resolved(n)), [1, 1, 3]);
+        assert_eq!(MoveAfter::Episodes(7).resolved(500), 7);
     }
 
     #[test]
@@ -175,6 +242,11 @@ mod tests {
             let text = format!("start = \"center\"\nmax_steps = {steps}");
             assert!(
                 message(&text).contains("\"auto\" or a whole number"),
+                "{text}"
+            );
+            let text = format!("start = \"center\"\nmax_steps = 1\ngoals_move_after = {steps}");
+            assert!(
+                message(&text).contains("\"half\" or a whole number"),
                 "{text}"
             );
         }

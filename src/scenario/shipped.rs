@@ -36,6 +36,7 @@ pub fn shipped() -> &'static [Shipped] {
         "linked_grids",
         "two_goals",
         "rewarded_goals",
+        "moving_goal",
         "centre_goal",
         "random_start",
         "u_trap",

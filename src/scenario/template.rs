@@ -21,16 +21,35 @@ pub fn template(name: &str) -> String {
             continue;
         };
         let _ = writeln!(text, "\n{}[{section}]", comment(&about));
-        let keys = properties(&schema, resolve(&schema, &schema["properties"][&section]));
-        for (key, about) in keys {
+        let object = resolve(&schema, &schema["properties"][&section]);
+        for (key, about) in properties(&schema, object) {
             let assignment = match section_default.get(&key) {
                 Some(value) => format!("{key} = {value}"),
-                None => format!("{key} =    # not set"),
+                None => format!("{key} = {}{NOT_SET}", example(&object["properties"][&key])),
             };
             let _ = writeln!(text, "{}#{assignment}", comment(&about));
         }
     }
-    text
+    text + ARMS
+}
+
+/// The end of a line whose key has no default.
+const NOT_SET: &str = "    # not set; for example";
+
+/// Arms have names of their own, so that there is no table to list the keys of.
+const ARMS: &str = "
+# Arms of your own for `compare --arms`, beside those that are built in (see `list`): each begins as its base, or as this
+# scenario if it names none, and sets keys of any section but [env] and [run].
+#[arms.steep]
+#base = \"gcn\"
+#about = \"a potential twice as steep\"
+#\"shaping.scale_factor\" = 4.0
+";
+
+/// The first example that the schema gives for a property, as TOML.
+fn example(property: &Value) -> String {
+    let example = toml::Value::try_from(&property["examples"][0]);
+    example.map_or_else(|_| "\"\"".to_owned(), |value| value.to_string())
 }
 
 /// The default of every key that has one; of keys that belong to some kinds of worlds, that of the first such kind.
@@ -101,39 +120,72 @@ fn comment(about: &str) -> String {
 mod tests {
     use super::*;
 
+    fn parse(text: String) -> Scenario {
+        let loaded = Scenario::parse(Path::new("x.toml"), text, &[]);
+        loaded.unwrap_or_else(|error| panic!("{error}")).scenario
+    }
+
+    /// The template with the `#` of those assignments removed that `wanted` picks by section and line.
+    fn uncommented(wanted: impl Fn(&str, &str) -> bool) -> String {
+        let mut section = String::new();
+        let mut text = String::new();
+        for line in template("x").lines() {
+            let bare = line.strip_prefix('#').filter(|bare| !bare.starts_with(' '));
+            if let Some(header) = bare.unwrap_or(line).strip_prefix('[') {
+                section = header.trim_end_matches(']').to_owned();
+            }
+            let taken = bare.filter(|bare| wanted(&section, bare));
+            text += taken.unwrap_or(line);
+            text.push('\n');
+        }
+        text
+    }
+
     #[test]
     fn a_template_is_the_default_scenario_and_so_is_each_line_of_it() {
-        let path = Path::new("x.toml");
-        let text = template("x");
-        let plain = Scenario::parse(path, text.clone(), &[]).unwrap().scenario;
-        let empty = Scenario::parse(path, String::new(), &[]).unwrap().scenario;
-        assert_eq!(plain, empty);
+        let empty = parse(String::new());
+        assert_eq!(
+            Scenario {
+                name: "x".to_owned(),
+                ..empty.clone()
+            },
+            parse(template("x"))
+        );
         // Uncommented, every key that applies to the default kind must still mean the default.
-        let own = |line: &&str| {
-            line.starts_with('#') && !line.starts_with("# ") && !line.ends_with("# not set")
-        };
         let foreign = [
             "room", "doors", "corridor", "loops", "fill", "rounds", "seed = 0",
         ];
-        let mut in_env = false;
-        let uncommented: Vec<&str> = text
-            .lines()
-            .filter_map(|line| {
-                in_env = if line.starts_with('[') {
-                    line == "[env]"
-                } else {
-                    in_env
-                };
-                match line {
-                    _ if !own(&line) => Some(line),
-                    _ if in_env && foreign.iter().any(|f| line[1..].starts_with(f)) => None,
-                    _ => Some(&line[1..]),
-                }
-            })
-            .collect();
-        let text = uncommented.join("\n");
+        let text = uncommented(|section, line| {
+            let other_kind = section == "env" && foreign.iter().any(|f| line.starts_with(f));
+            !other_kind && !line.ends_with(NOT_SET) && !section.starts_with("arms")
+        });
         assert!(text.contains("\nnum_eigenpairs = "), "{text}");
-        let full = Scenario::parse(path, text, &[]).unwrap().scenario;
-        assert_eq!(full, empty);
+        assert_eq!(parse(text), empty);
+    }
+
+    #[test]
+    fn the_arm_and_every_example_can_be_uncommented() {
+        let arms = uncommented(|section, _| section.starts_with("arms"));
+        assert_eq!(parse(arms).arms["steep"].base.as_deref(), Some("gcn"));
+        let text = template("x");
+        let examples: Vec<&str> = text.lines().filter(|l| l.ends_with(NOT_SET)).collect();
+        assert!(examples.len() > 5, "{examples:?}");
+        for example in examples {
+            let text = uncommented(|_, line| example[1..] == *line);
+            let table: toml::Table = toml::from_str(&text).unwrap_or_else(|e| panic!("{e}"));
+            let value = |name: &str| table.get(name).and_then(toml::Value::as_table);
+            let set: usize = ["env", "agent"]
+                .iter()
+                .filter_map(|s| value(s))
+                .map(toml::Table::len)
+                .sum();
+            assert_eq!(set, 1, "{example}");
+            // Types are right; what else the key needs (another kind, a file) is for the scenario to say.
+            if let Err(error) = Scenario::parse(Path::new("x.toml"), text, &[]) {
+                let message = error.to_string();
+                assert!(message.contains("env."), "{example}: {message}");
+                assert!(!message.contains("invalid"), "{example}: {message}");
+            }
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! From the section `[env]` to a world one can act in.
 
 use super::Scenario;
-use super::env::{EnvKind, EnvParams};
+use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
-use super::place::Place;
+use super::place::{MoveAfter, Place};
 use crate::env::{
     EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
 };
 use crate::seeds::{Stream, stream};
+use rand_chacha::ChaCha8Rng;
 
 /// Any world that a scenario can describe.
 #[derive(Clone, Debug)]
@@ -18,39 +19,100 @@ pub enum World {
     Listed(TabularEnvironment, Vec<String>),
 }
 
+/// A world whose goals have moved.
+#[derive(Clone, Debug)]
+pub struct MovedWorld {
+    /// After how many episodes they do.
+    pub after: usize,
+    /// The world from then on.
+    pub world: World,
+}
+
 impl Scenario {
-    /// The world; `seed` is the run's and draws slips and random starts. O(states).
+    /// The world, with the goals that a run begins with; `seed` is the run's and draws slips and random starts.
+    /// O(states).
     ///
     /// # Errors
     /// If the section `[env]` does not describe one, with the key to blame.
     pub fn world(&self, seed: u64) -> Result<World, BrokenRule> {
-        let rng = stream(seed, Stream::Environment);
-        let env = &self.env;
-        if env.kind != EnvKind::EdgeList {
-            let world = GridWorld::new(env.layout()?, env.grid_world_params(), rng);
-            return Ok(World::Grid(world.map_err(|error| env.blame(error))?));
+        self.env
+            .world(GoalList::First, stream(seed, Stream::Environment))
+    }
+
+    /// The same world with the goals that a run ends with; none if they do not move. Its states are those of
+    /// [`Self::world`], with the same numbers.
+    ///
+    /// # Errors
+    /// As [`Self::world`], and if the goals move nowhere or never.
+    pub fn moved_world(&self, seed: u64) -> Result<Option<MovedWorld>, BrokenRule> {
+        let Some(after) = self.goals_move_after() else {
+            return Ok(None);
+        };
+        if self.env.goals == self.env.moved_goals {
+            return Err(BrokenRule::new(
+                GoalList::Moved.key(),
+                "env.moved_goals = env.goals: the goals would not move",
+            ));
         }
-        let path = env.file.as_deref().unwrap_or("".as_ref());
-        let list = EdgeList::read(path).map_err(|error| env.blame(error))?;
-        let names: Vec<String> = list.state_names().map(str::to_owned).collect();
-        let params = env.edge_list_params(&names[0])?;
-        let world = list.environment(&params, rng);
-        let world = world.map_err(|error| env.blame(error))?;
-        Ok(World::Listed(world, names))
+        if after >= self.run.episodes && self.env.goals_move_after != Some(MoveAfter::Half) {
+            return Err(BrokenRule::new(
+                "env.goals_move_after",
+                format!(
+                    "env.goals_move_after = {after}, but the run has {} episodes: the goals would never move",
+                    self.run.episodes
+                ),
+            ));
+        }
+        let rng = stream(seed, Stream::MovedEnvironment);
+        let world = self.env.world(GoalList::Moved, rng)?;
+        Ok(Some(MovedWorld { after, world }))
+    }
+
+    /// The world in which episode number `episode`, from 0, is played.
+    ///
+    /// # Errors
+    /// As [`Self::moved_world`].
+    pub fn world_in(&self, seed: u64, episode: usize) -> Result<World, BrokenRule> {
+        match self.moved_world(seed)? {
+            Some(moved) if moved.after <= episode => Ok(moved.world),
+            _ => self.world(seed),
+        }
+    }
+
+    /// The number of episodes before the goals move; none if they do not.
+    pub fn goals_move_after(&self) -> Option<usize> {
+        let after = self.env.goals_move_after.unwrap_or_default();
+        let moves = self.env.moved_goals.is_some();
+        moves.then(|| after.resolved(self.run.episodes))
     }
 }
 
 impl EnvParams {
+    fn world(&self, goals: GoalList, rng: ChaCha8Rng) -> Result<World, BrokenRule> {
+        if self.kind != EnvKind::EdgeList {
+            let world = GridWorld::new(self.layout(goals)?, self.grid_world_params(), rng);
+            return Ok(World::Grid(world.map_err(|e| self.blame(e, goals))?));
+        }
+        let path = self.file.as_deref().unwrap_or("".as_ref());
+        let list = EdgeList::read(path).map_err(|e| self.blame(e, goals))?;
+        let names: Vec<String> = list.state_names().map(str::to_owned).collect();
+        let params = self.edge_list_params(&names[0], goals)?;
+        let world = list.environment(&params, rng);
+        let world = world.map_err(|e| self.blame(e, goals))?;
+        Ok(World::Listed(world, names))
+    }
+
     /// The numbers that an edge list needs to become a world; it starts in `first` unless told otherwise.
-    fn edge_list_params(&self, first: &str) -> Result<EdgeListParams, BrokenRule> {
+    fn edge_list_params(&self, first: &str, list: GoalList) -> Result<EdgeListParams, BrokenRule> {
         let start = match &self.start {
             None => Some(first.to_owned()),
             Some(_) if self.starts_anywhere() => None,
             Some(place) => Some(state_name("env.start", place)?),
         };
-        let goals = self.goals.iter().flatten().enumerate().map(|(i, goal)| {
+        let goals = list.of(self).into_iter().flatten().enumerate();
+        let goals = goals.map(|(i, goal)| {
             Ok(EdgeListGoal {
-                at: state_name(&format!("env.goals[{i}].at"), &goal.at)?,
+                at: state_name(&format!("{}[{i}].at", list.key()), &goal.at)?,
                 reward: goal.reward,
             })
         });

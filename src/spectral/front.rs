@@ -98,20 +98,23 @@ impl Front<'_> {
     #[inline(always)]
     fn update_by_columns(&mut self, signs: &[f64]) {
         let (size, rest, height) = (self.size, self.rest, self.height());
-        let column = |c: usize| &self.panel[c * height + size..(c + 1) * height];
         for j in 0..rest {
             let target = &mut self.update[j * rest + j..(j + 1) * rest];
             let mut c = 0;
             while c + 4 <= size {
-                let r: [&[f64]; 4] = std::array::from_fn(|t| &column(c + t)[j..]);
-                let a: [f64; 4] = std::array::from_fn(|t| signs[c + t] * r[t][0]);
+                let mut r: [&[f64]; 4] = [&[]; 4];
+                let mut a = [0.0; 4];
+                for t in 0..4 {
+                    r[t] = &self.panel[(c + t) * height + size + j..][..rest - j];
+                    a[t] = signs[c + t] * r[t][0];
+                }
                 for i in 0..target.len() {
                     target[i] -= a[0] * r[0][i] + a[1] * r[1][i] + a[2] * r[2][i] + a[3] * r[3][i];
                 }
                 c += 4;
             }
             for c in c..size {
-                let r = &column(c)[j..];
+                let r = &self.panel[c * height + size + j..][..rest - j];
                 let a = signs[c] * r[0];
                 for (t, r) in target.iter_mut().zip(r) {
                     *t -= a * r;

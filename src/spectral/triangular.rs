@@ -90,6 +90,17 @@ fn subtract<S: Simd, const NV: usize>(
     out
 }
 
+/// s a. A loop, since a closure would not be compiled for the wide registers and be called once per
+/// register; so below, too.
+#[inline(always)]
+fn scaled<S: Simd, const NV: usize>(simd: S, a: [S::f64s; NV], s: S::f64s) -> [S::f64s; NV] {
+    let mut out = a;
+    for v in 0..NV {
+        out[v] = simd.mul_f64s(a[v], s);
+    }
+    out
+}
+
 /// A supernode and its values.
 struct Node<'a> {
     shape: Shape<'a>,
@@ -133,7 +144,7 @@ impl<'a> Node<'a> {
             let (inverse, below, _) = self.column(c);
             let inverse = simd.splat_f64s(inverse);
             let xc: [_; NV] = panel.load(&*x, first + c);
-            let xc = xc.map(|v| simd.mul_f64s(v, inverse));
+            let xc = scaled(simd, xc, inverse);
             panel.store(x, first + c, xc);
             for (i, &l) in below.iter().enumerate() {
                 let i = first + c + 1 + i;
@@ -156,11 +167,17 @@ impl<'a> Node<'a> {
     ) {
         let tiled = rows.end - rows.len() % TILE;
         for r in (rows.start..tiled).step_by(TILE) {
-            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
+            let outside = match &mut outside {
+                Some((x, columns)) => Some((&mut **x, *columns)),
+                None => None,
+            };
             self.forward_tile::<S, NV, TILE>(simd, panel, own, outside, r);
         }
         for r in tiled..rows.end {
-            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
+            let outside = match &mut outside {
+                Some((x, columns)) => Some((&mut **x, *columns)),
+                None => None,
+            };
             self.forward_tile::<S, NV, 1>(simd, panel, own, outside, r);
         }
     }
@@ -175,10 +192,13 @@ impl<'a> Node<'a> {
         r: usize,
     ) {
         let rows: &[u32; R] = self.shape.rows[r..r + R].first_chunk().expect("R rows");
-        let mut sums: [[_; NV]; R] = match &outside {
-            None => rows.map(|i| panel.load(&*own, i as usize)),
-            Some((x, columns)) => rows.map(|i| panel.load(&**x, i as usize - columns)),
-        };
+        let mut sums = [[simd.splat_f64s(0.0); NV]; R];
+        for t in 0..R {
+            sums[t] = match &outside {
+                None => panel.load(&*own, rows[t] as usize),
+                Some((x, columns)) => panel.load(&**x, rows[t] as usize - columns),
+            };
+        }
         for c in 0..self.shape.size {
             let at = c * self.height + self.shape.size + r;
             let l: &[f64; R] = self.values[at..at + R].first_chunk().expect("R values");
@@ -214,8 +234,12 @@ impl<'a> Node<'a> {
         c: usize,
     ) {
         let first = self.shape.first + c;
-        let mut sums: [[_; NV]; C] = std::array::from_fn(|t| panel.load(&*own, first + t));
-        let rectangle: [&[f64]; C] = std::array::from_fn(|t| self.column(c + t).2);
+        let mut sums = [[simd.splat_f64s(0.0); NV]; C];
+        let mut rectangle: [&[f64]; C] = [&[]; C];
+        for t in 0..C {
+            sums[t] = panel.load(&*own, first + t);
+            rectangle[t] = self.column(c + t).2;
+        }
         let (near, far) = self.shape.rows.split_at(inside);
         for (r, &i) in near.iter().enumerate() {
             let xi: [_; NV] = panel.load(&*own, i as usize);
@@ -250,7 +274,7 @@ impl<'a> Node<'a> {
                 sum = subtract(simd, sum, simd.splat_f64s(l), xi);
             }
             let inverse = simd.splat_f64s(inverse);
-            panel.store(x, first + c, sum.map(|v| simd.mul_f64s(v, inverse)));
+            panel.store(x, first + c, scaled(simd, sum, inverse));
         }
     }
 }

@@ -16,8 +16,9 @@ pub use params::{GridWorldParams, validate};
 pub use rewards::RewardScheme;
 pub(crate) use rewards::require_finite;
 
+use super::clock::EpisodeClock;
 use super::layouts::{Cell, Direction, GoalCell, Layout, Tile};
-use super::{Action, EnvError, Environment, Step, StepStatus};
+use super::{Action, EnvError, Environment, Step, draw_start};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -29,7 +30,7 @@ const GOAL: u8 = 1 << 4;
 pub struct GridWorld {
     layout: Layout,
     params: GridWorldParams,
-    max_steps: usize,
+    clock: EpisodeClock,
     /// Exits and goal bit of each cell; 0 for walls.
     masks: Vec<u8>,
     /// What to add to a cell's number to move in each direction, wrapping.
@@ -42,8 +43,6 @@ pub struct GridWorld {
     starts: Vec<Cell>,
     rng: ChaCha8Rng,
     cell: Cell,
-    elapsed: usize,
-    running: bool,
 }
 
 impl GridWorld {
@@ -55,7 +54,7 @@ impl GridWorld {
         validate(&layout, &params)?;
         let cols = layout.cols() as u32;
         let mut world = GridWorld {
-            max_steps: params.resolved_max_steps(layout.num_free()),
+            clock: EpisodeClock::new(params.resolved_max_steps(layout.num_free())),
             masks: Vec::new(),
             offsets: [cols.wrapping_neg(), 1, cols, 1_u32.wrapping_neg()],
             ranks: ranks(&layout),
@@ -63,8 +62,6 @@ impl GridWorld {
             starts: Vec::new(),
             rng,
             cell: Cell(0),
-            elapsed: 0,
-            running: false,
             layout,
             params,
         };
@@ -82,7 +79,7 @@ impl GridWorld {
             self.layout.goals = before;
             return Err(error);
         }
-        self.running = false;
+        self.clock.abandon();
         self.prepare();
         Ok(())
     }
@@ -99,7 +96,7 @@ impl GridWorld {
 
     /// After how many steps an episode is truncated.
     pub fn max_steps(&self) -> usize {
-        self.max_steps
+        self.clock.max_steps()
     }
 
     /// Where an episode may begin, each equally likely.
@@ -167,30 +164,17 @@ impl Environment for GridWorld {
     }
 
     fn reset(&mut self) -> Cell {
-        let start = match self.starts.len() {
-            1 => 0,
-            several => self.rng.random_range(0..several),
-        };
-        self.cell = self.starts[start];
-        self.elapsed = 0;
-        self.running = true;
+        self.clock.begin();
+        self.cell = draw_start(&self.starts, &mut self.rng);
         self.cell
     }
 
     fn step(&mut self, action: Action) -> Step<Cell> {
-        assert!(self.running, "step without an episode: call reset first");
+        self.clock.assert_running();
         assert!(action.index() < 4, "action {} of 4", action.0);
         let direction = self.slipped(action.index());
         self.cell = self.moved(self.cell, direction);
-        self.elapsed += 1;
-        let status = if self.masks[self.cell.index()] & GOAL != 0 {
-            StepStatus::Terminated
-        } else if self.elapsed >= self.max_steps {
-            StepStatus::Truncated
-        } else {
-            StepStatus::Running
-        };
-        self.running = status == StepStatus::Running;
+        let status = self.clock.tick(self.masks[self.cell.index()] & GOAL != 0);
         Step {
             state: self.cell,
             reward: self.reward_on_entering(self.cell),

@@ -63,6 +63,6 @@ impl Model for GridWorld {
     }
 
     fn max_steps(&self) -> usize {
-        self.max_steps
+        self.clock.max_steps()
     }
 }

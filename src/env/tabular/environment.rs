@@ -1,7 +1,8 @@
 //! Acting in a finite MDP: the next state is drawn from P.
 
 use super::TabularMdp;
-use crate::env::{Action, EnvError, Environment, Model, Step, StepStatus};
+use crate::env::clock::EpisodeClock;
+use crate::env::{Action, EnvError, Environment, Model, Step, draw_start};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -26,11 +27,9 @@ impl MdpState {
 pub struct TabularEnvironment {
     mdp: Arc<TabularMdp>,
     starts: Vec<MdpState>,
-    max_steps: usize,
+    clock: EpisodeClock,
     rng: ChaCha8Rng,
     state: MdpState,
-    elapsed: usize,
-    running: bool,
 }
 
 impl TabularEnvironment {
@@ -69,11 +68,9 @@ impl TabularEnvironment {
         Ok(TabularEnvironment {
             mdp,
             starts,
-            max_steps,
+            clock: EpisodeClock::new(max_steps),
             rng,
             state,
-            elapsed: 0,
-            running: false,
         })
     }
 
@@ -91,18 +88,13 @@ impl Environment for TabularEnvironment {
     }
 
     fn reset(&mut self) -> MdpState {
-        let start = match self.starts.len() {
-            1 => 0,
-            several => self.rng.random_range(0..several),
-        };
-        self.state = self.starts[start];
-        self.elapsed = 0;
-        self.running = true;
+        self.clock.begin();
+        self.state = draw_start(&self.starts, &mut self.rng);
         self.state
     }
 
     fn step(&mut self, action: Action) -> Step<MdpState> {
-        assert!(self.running, "step without an episode: call reset first");
+        self.clock.assert_running();
         let outcomes = self.mdp.outcomes(self.state.index(), action);
         let outcome = match outcomes {
             [only] => only,
@@ -119,15 +111,7 @@ impl Environment for TabularEnvironment {
             }
         };
         self.state = MdpState(outcome.next);
-        self.elapsed += 1;
-        let status = if self.mdp.is_terminal(self.state.index()) {
-            StepStatus::Terminated
-        } else if self.elapsed >= self.max_steps {
-            StepStatus::Truncated
-        } else {
-            StepStatus::Running
-        };
-        self.running = status == StepStatus::Running;
+        let status = self.clock.tick(self.mdp.is_terminal(self.state.index()));
         Step {
             state: self.state,
             reward: outcome.reward,
@@ -155,7 +139,7 @@ impl Model for TabularEnvironment {
     }
 
     fn max_steps(&self) -> usize {
-        self.max_steps
+        self.clock.max_steps()
     }
 }
 

@@ -106,7 +106,8 @@ impl PageData {
 impl Arm {
     fn new(run: &RecordedRun) -> Self {
         let seed = &run.seeds[0];
-        let layout = match run.scenario.world(seed.seed) {
+        let last = seed.episodes.len().saturating_sub(1);
+        let layout = match run.scenario.world_in(seed.seed, last) {
             Ok(World::Grid(world)) => Some(world.layout().clone()),
             _ => None,
         };
@@ -183,7 +184,7 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         .seeds
         .iter()
         .filter(|s| s.first_goal_step.is_some());
-    vec![
+    let mut facts = vec![
         ("seeds", run.seeds.len().to_string()),
         ("episodes", over(|s| s.episodes as f64)),
         ("regret (reward)", over(|s| s.regret)),
@@ -193,7 +194,12 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         ("states discovered", over(|s| s.nodes as f64)),
         ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
         ("fits", over(|s| s.gcn_fits as f64)),
-    ]
+    ];
+    if let Some(after) = run.summary.seeds.iter().find_map(|s| s.goals_moved_after) {
+        let note = format!("after {after} episodes; map, optimal and last episodes: since then");
+        facts.insert(2, ("goals moved", note));
+    }
+    facts
 }
 
 /// To a tenth, without a needless one.

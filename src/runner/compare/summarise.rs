@@ -1,11 +1,11 @@
 //! From the trials of a comparison to its numbers.
 
-use super::compare::Trial;
-use super::statistics::{
-    Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
-};
+use super::Trial;
 use crate::report::{
     ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialTiming,
+};
+use crate::runner::statistics::{
+    Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
 };
 
 /// The summary of an arm against the sparse arm, and against a tuned one if there is one. All are over the same

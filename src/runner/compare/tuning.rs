@@ -3,10 +3,11 @@
 //! Every arm of a comparison shares its step sizes with the sparse one. They may suit the others better, so the ratio
 //! is also given to a sparse arm that had its own chosen from a small grid, on seeds that the comparison does not use.
 
-use super::arms::BASELINE;
-use super::compare::Trial;
-use super::statistics::interquartile_mean;
+use super::{Field, Trial};
+use crate::error::Error;
 use crate::report::TuningEntry;
+use crate::runner::statistics::interquartile_mean;
+use crate::scenario::{Arm, BASELINE, Scenario};
 use std::path::Path;
 
 /// Step sizes of the critic that are tried; the default is in the middle.
@@ -75,6 +76,47 @@ pub fn tuning_trials() -> usize {
 /// Where the trials of tuning are kept below the folder of a comparison.
 pub fn tuning_folder(folder: &Path) -> std::path::PathBuf {
     folder.join("tuning")
+}
+
+/// The tuned sparse arm.
+pub(super) struct Tuned {
+    pub arm: Arm,
+    pub chosen: TuningEntry,
+    pub tried: Vec<TuningEntry>,
+    pub seeds: Vec<u64>,
+}
+
+impl Field<'_> {
+    /// Tries the grid of step sizes; none if stopped.
+    pub(super) fn tune(&self, sparse: &Arm) -> Result<Option<Tuned>, Error> {
+        let seeds = tuning_seeds(&self.request.seeds);
+        let sizes: Vec<StepSizes> = StepSizes::grid().collect();
+        let lay = |sizes: &StepSizes| {
+            let settings = sparse.settings.iter().cloned().chain(sizes.settings());
+            let (path, sets) = (&self.request.path, &self.request.sets);
+            let (name, text) = (sizes.arm_name(), &self.loaded.text);
+            Scenario::lay_settings(&name, settings.collect(), path, text, sets)
+        };
+        let arms: Vec<Arm> = sizes.iter().map(lay).collect::<Result<_, _>>()?;
+        let all: Vec<&Arm> = arms.iter().collect();
+        let Some(trials) = self.trials(&tuning_folder(self.folder), &all, &seeds)? else {
+            return Ok(None);
+        };
+        let tried: Vec<TuningEntry> = sizes
+            .iter()
+            .zip(&trials)
+            .map(|(sizes, (_, trials))| sizes.entry(trials))
+            .collect();
+        let best = (0..tried.len())
+            .min_by(|&a, &b| tried[a].regret_iqm.total_cmp(&tried[b].regret_iqm))
+            .expect("the grid is not empty");
+        Ok(Some(Tuned {
+            arm: arms[best].clone(),
+            chosen: tried[best],
+            tried,
+            seeds,
+        }))
+    }
 }
 
 #[cfg(test)]

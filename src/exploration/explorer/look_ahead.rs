@@ -1,0 +1,78 @@
+//! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring.
+
+use super::Explorer;
+use crate::env::Action;
+use crate::exploration::displacement::Prediction;
+use crate::graph::{StateId, TransitionGraph};
+use crate::shaping::Potential;
+
+impl Explorer {
+    /// The expected rise of the potential along each action whose outcome is known.
+    pub(super) fn advise_potential(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        let weight = self.params.potential_advice / unit;
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let action = Action(i as u16);
+            if graph.tries(state, action) == 0
+                && let Prediction::Undo(next) = self.displacements.predict(graph, state, action)
+            {
+                *logit = weight * (potential.value(next) - here);
+            }
+        }
+        for outcome in graph.outcomes(state) {
+            let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
+            let share = f64::from(outcome.count) / tries;
+            advice[outcome.action.index()] +=
+                weight * share * (potential.value(outcome.next) - here);
+        }
+        if self.stochastic {
+            self.add_doubt(graph, state, potential, weight, advice);
+        }
+        self.advise_untried(graph, state, advice);
+    }
+
+    /// Where no known action leads uphill, the way up must be one that was never tried.
+    fn advise_untried(&self, graph: &TransitionGraph, state: StateId, advice: &mut [f64]) {
+        if advice.iter().all(|&logit| logit <= 0.0) {
+            for (i, logit) in advice.iter_mut().enumerate() {
+                if graph.tries(state, Action(i as u16)) == 0 {
+                    *logit = self.params.frontier_advice;
+                }
+            }
+        }
+    }
+
+    /// Outcomes not seen that count beside those seen: where actions slip, one bad try must not rule an action out.
+    fn doubt(&self) -> f64 {
+        if self.stochastic { 1.0 } else { 0.0 }
+    }
+
+    /// The unseen outcome of every tried action might be the best neighbour of `state`.
+    fn add_doubt(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        let neighbors = graph.adjacency().neighbors(state.0).iter();
+        let best = neighbors
+            .map(|&next| potential.value(StateId(next)) - here)
+            .fold(0.0, f64::max);
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let tries = graph.tries(state, Action(i as u16));
+            if tries > 0 {
+                *logit += weight * best * self.doubt() / (f64::from(tries) + self.doubt());
+            }
+        }
+    }
+}

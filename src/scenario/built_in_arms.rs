@@ -1,0 +1,141 @@
+//! The arms that come with the program, as data.
+
+/// The arm that all others are measured against.
+pub const BASELINE: &str = "sparse";
+
+/// A name for a few settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuiltInArm {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// `section.key=value`.
+    pub settings: &'static [&'static str],
+}
+
+const fn arm(
+    name: &'static str,
+    about: &'static str,
+    settings: &'static [&'static str],
+) -> BuiltInArm {
+    BuiltInArm {
+        name,
+        about,
+        settings,
+    }
+}
+
+/// An actor-critic with this potential and this exploration.
+macro_rules! actor_critic {
+    ($potential:literal, $exploration:literal $(, $more:literal)*) => {
+        &[
+            "agent.kind=actor-critic",
+            concat!("shaping.potential=", $potential),
+            concat!("exploration.kind=", $exploration),
+            $($more),*
+        ]
+    };
+}
+
+/// A learner without potential and without exploration beyond its own.
+macro_rules! alone {
+    ($kind:literal) => {
+        &[
+            concat!("agent.kind=", $kind),
+            "shaping.potential=none",
+            "exploration.kind=none",
+        ]
+    };
+}
+
+/// Every built-in arm. The report's step sizes are those of its section 4.3.
+pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
+    arm(
+        "sparse",
+        "the actor-critic alone: no potential, no exploration",
+        actor_critic!("none", "none"),
+    ),
+    arm(
+        "count-bonus",
+        "the actor-critic with β/√N added to its reward",
+        actor_critic!("none", "count-bonus"),
+    ),
+    arm(
+        "report",
+        "the raw class probability and Algorithm 1, as the report prints them",
+        actor_critic!(
+            "report",
+            "none",
+            "shaping.scale=raw",
+            "agent.update=algorithm-1",
+            "agent.actor_learning_rate=0.005",
+            "agent.critic_learning_rate=0.01",
+            "agent.bootstrap=sampled"
+        ),
+    ),
+    arm(
+        "report-alg2",
+        "the same with Algorithm 2",
+        actor_critic!(
+            "report",
+            "none",
+            "shaping.scale=raw",
+            "agent.update=algorithm-2",
+            "agent.actor_learning_rate=0.01",
+            "agent.critic_learning_rate=0.005",
+            "agent.bootstrap=sampled"
+        ),
+    ),
+    arm(
+        "gcn",
+        "the default: the network's diffusion as potential, frontier exploration",
+        actor_critic!("gcn", "frontier"),
+    ),
+    arm(
+        "gcn-shaping-only",
+        "the same potential without exploration",
+        actor_critic!("gcn", "none"),
+    ),
+    arm(
+        "heat",
+        "a diffusion without a network, frontier exploration",
+        actor_critic!("heat", "frontier"),
+    ),
+    arm(
+        "hops",
+        "hop distance on the visited graph, frontier exploration",
+        actor_critic!("hops", "frontier"),
+    ),
+    arm(
+        "oracle",
+        "distance on the true map, frontier exploration",
+        actor_critic!("oracle", "frontier"),
+    ),
+    arm(
+        "frontier-only",
+        "frontier exploration without a potential",
+        actor_critic!("none", "frontier"),
+    ),
+    arm("q-learning", "Q-learning alone", alone!("q-learning")),
+    arm("sarsa", "SARSA alone", alone!("sarsa")),
+    arm(
+        "dyna-q",
+        "Dyna-Q with prioritised sweeping, alone",
+        alone!("dyna-q"),
+    ),
+    arm(
+        "planner",
+        "R-max on the learnt model, alone",
+        alone!("planner"),
+    ),
+    arm(
+        "policy-iteration",
+        "policy iteration on the learnt model with the network's shaped reward",
+        &[
+            "agent.kind=policy-iteration",
+            "shaping.potential=gcn",
+            "exploration.kind=none",
+        ],
+    ),
+];
