@@ -90,8 +90,8 @@ impl CholeskyFactor {
         }
     }
 
-    /// Eigenvalues of L below `mu`; `None` if a pivot vanished, which another `mu` avoids.
-    /// Leaves the factor as it is.
+    /// Eigenvalues of L below `mu`; `None` if a pivot vanished or the entries of C grew so large that
+    /// rounding errors may reach `mu`, which another `mu` avoids. Leaves the factor as it is.
     pub(super) fn count_below(&self, laplacian: &PermutedLaplacian, mu: f64) -> Option<usize> {
         let task = Task {
             laplacian,
@@ -101,7 +101,7 @@ impl CholeskyFactor {
         };
         let nothing = self.structure.all().map(|_| Columns::Forgotten).collect();
         let pivots = run(task, &self.structure, nothing).ok()?;
-        Some(pivots.negative)
+        (f64::EPSILON * pivots.growth < mu.abs()).then_some(pivots.negative)
     }
 
     /// x ← (L + σI)⁻¹ x.

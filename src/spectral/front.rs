@@ -113,9 +113,9 @@ impl Front<'_> {
                 }
                 c += 4;
             }
-            for c in c..size {
+            for (c, sign) in signs.iter().enumerate().skip(c) {
                 let r = &self.panel[c * height + size + j..][..rest - j];
-                let a = signs[c] * r[0];
+                let a = sign * r[0];
                 for (t, r) in target.iter_mut().zip(r) {
                     *t -= a * r;
                 }
@@ -323,5 +323,99 @@ fn subtract_product(
         a.par_chunks_mut(TILE * height).enumerate().for_each(tile);
     } else {
         a.chunks_mut(TILE * height).enumerate().for_each(tile);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    /// A diagonally dominant matrix; some diagonal entries are negative if it may be indefinite.
+    fn matrix(n: usize, kind: Definiteness) -> Mat<f64> {
+        let entry = |i: usize, j: usize| ((i * 37 + j * 61) % 97) as f64 / 97.0 - 0.5;
+        Mat::from_fn(n, n, |i, j| {
+            let negative = kind == Definiteness::Any && i % 7 == 3;
+            match i == j {
+                true if negative => -(n as f64),
+                true => n as f64,
+                false => entry(i.max(j), i.min(j)),
+            }
+        })
+    }
+
+    /// Eliminates `size` of n columns and multiplies out: the largest difference from the matrix.
+    fn error(n: usize, size: usize, kind: Definiteness, threads: usize) -> (f64, Pivots) {
+        let (a, rest) = (matrix(n, kind), n - size);
+        let mut panel: Vec<f64> = (0..size * n).map(|at| a[(at % n, at / n)]).collect();
+        let entry = |at: usize| a[(size + at % rest.max(1), size + at / rest.max(1))];
+        let mut update: Vec<f64> = (0..rest * rest).map(entry).collect();
+        let mut front = Front {
+            size,
+            panel: &mut panel,
+            rest,
+            update: &mut update,
+        };
+        let mut signs = Vec::new();
+        let pivots = front.eliminate(kind, &mut signs, threads).unwrap();
+        let c = Mat::from_fn(n, size, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Less => 0.0,
+            std::cmp::Ordering::Equal => panel[j * n + i].recip(),
+            std::cmp::Ordering::Greater => panel[j * n + i],
+        });
+        // Columns below a negative pivot may carry either sign: only products of two count.
+        let scaled = Mat::from_fn(n, size, |i, j| c[(i, j)] * signs[j]);
+        let product = &c * scaled.transpose();
+        let mut worst = 0.0;
+        for j in 0..n {
+            for i in j..n {
+                let left = if j >= size {
+                    update[(j - size) * rest + i - size]
+                } else {
+                    0.0
+                };
+                worst = f64::max(worst, (product[(i, j)] + left - a[(i, j)]).abs());
+            }
+        }
+        (worst, pivots)
+    }
+
+    #[test]
+    fn eliminating_and_multiplying_out_gives_the_matrix() {
+        for (n, size) in [
+            (1, 1),
+            (9, 4),
+            (20, 20),
+            (60, 7),
+            (200, 130),
+            (300, 64),
+            (450, 300),
+        ] {
+            for threads in [1, 2] {
+                let (error, pivots) = error(n, size, Definiteness::Positive, threads);
+                assert!(error < 1e-12 * n as f64, "{size} of {n}: {error}");
+                assert_eq!(pivots.negative, 0);
+            }
+            let (error, pivots) = error(n, size, Definiteness::Any, 1);
+            assert!(
+                error < 1e-12 * n as f64,
+                "{size} of {n}, indefinite: {error}"
+            );
+            assert_eq!(pivots.negative, (0..size).filter(|i| i % 7 == 3).count());
+        }
+    }
+
+    #[test]
+    fn a_pivot_of_the_wrong_sign_is_refused() {
+        for mut panel in [[0.0], [-1.0], [f64::NAN], [f64::INFINITY]] {
+            let mut front = Front {
+                size: 1,
+                panel: &mut panel,
+                rest: 0,
+                update: &mut [],
+            };
+            let result = front.eliminate(Definiteness::Positive, &mut Vec::new(), 1);
+            assert_eq!(result, Err(BadPivot));
+        }
     }
 }

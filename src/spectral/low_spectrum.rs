@@ -369,6 +369,8 @@ impl LowSpectrum {
     ) {
         if self.params.method == Method::Warm {
             let gain = gain.or(self.remembered.as_ref().map(|r| r.gain));
+            // Its memory is free before as much again is taken.
+            self.remembered = None;
             self.remembered = Some(Remembered::new(laplacian, values, nulls, gain, entry));
         }
     }

@@ -224,3 +224,41 @@ fn incoming(pieces: &[Piece], top: &[u32]) -> Vec<Incoming> {
     all.sort_by_key(|i| (i.rows[0], i.piece, i.root));
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectral::elimination::EliminationOrder;
+    use crate::spectral::{Laplacian, LaplacianKind, testing};
+
+    #[test]
+    fn pieces_cover_all_columns_and_meet_only_in_the_top() {
+        let parts = [
+            testing::grid(80, 90),
+            testing::cycle(3000),
+            testing::star(2500),
+        ];
+        let graph = testing::disjoint(&parts);
+        let n = graph.rows();
+        let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
+        let order = EliminationOrder::new(&laplacian, None);
+        let (stretches, top) = cut(&order.parent);
+        let mut owner = vec![usize::MAX; n];
+        for (p, stretch) in stretches.iter().enumerate() {
+            owner[stretch.clone()].iter_mut().for_each(|o| *o = p);
+        }
+        let owned = owner.iter().filter(|&&o| o != usize::MAX).count();
+        assert_eq!(owned, stretches.iter().map(Range::len).sum::<usize>());
+        assert_eq!(owned + top.len(), n);
+        assert!(top.iter().all(|&j| owner[j as usize] == usize::MAX));
+        assert!(stretches.len() > 1 && !top.is_empty());
+        for (j, &p) in order.parent.iter().enumerate() {
+            if p != ROOT && owner[p as usize] != usize::MAX {
+                assert_eq!(
+                    owner[j], owner[p as usize],
+                    "a child of a piece is in the piece"
+                );
+            }
+        }
+    }
+}

@@ -279,3 +279,55 @@ fn merge(a: &mut Vec<u32>, b: &[u32], scratch: &mut Vec<u32>) {
     scratch.extend_from_slice(&b[k..]);
     std::mem::swap(a, scratch);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectral::testing;
+    use std::collections::BTreeSet;
+
+    /// Rows below the diagonal of each column of the factor, by elimination of one node after another.
+    fn eliminated(mut below: Vec<BTreeSet<u32>>) -> Vec<BTreeSet<u32>> {
+        for j in 0..below.len() {
+            if let Some(&parent) = below[j].first() {
+                let rest = below[j].iter().skip(1).copied().collect::<Vec<_>>();
+                below[parent as usize].extend(rest);
+            }
+        }
+        below
+    }
+
+    #[test]
+    fn the_pattern_holds_all_fill_and_few_zeros() {
+        for graph in [
+            testing::path(50),
+            testing::grid(12, 9),
+            testing::complete(20),
+            testing::random(80, 3.0, 1),
+        ] {
+            let n = graph.rows();
+            let below = |j: usize| {
+                let row = graph.outer_view(j).expect("a row");
+                let later = row.indices().iter().filter(|&&i| i as usize > j);
+                later.copied().collect::<BTreeSet<u32>>()
+            };
+            let exact = eliminated((0..n).map(below).collect());
+            let found = Supernodes::new(n, |j, out| out.extend(below(j)), &[]).unwrap();
+            let mut entries = 0;
+            for s in 0..found.len() {
+                let shape = found.shape(s);
+                assert!(shape.rows.is_sorted());
+                let end = (shape.first + shape.size) as u32;
+                for j in shape.first as u32..end {
+                    let stored: BTreeSet<u32> =
+                        (j + 1..end).chain(shape.rows.iter().copied()).collect();
+                    assert!(stored.is_superset(&exact[j as usize]), "column {j}");
+                    entries += stored.len();
+                }
+            }
+            assert_eq!(found.columns(), n);
+            let least: usize = exact.iter().map(BTreeSet::len).sum();
+            assert!(entries <= least + (least + n) / 3, "{entries} for {least}");
+        }
+    }
+}

@@ -167,17 +167,11 @@ impl<'a> Node<'a> {
     ) {
         let tiled = rows.end - rows.len() % TILE;
         for r in (rows.start..tiled).step_by(TILE) {
-            let outside = match &mut outside {
-                Some((x, columns)) => Some((&mut **x, *columns)),
-                None => None,
-            };
+            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
             self.forward_tile::<S, NV, TILE>(simd, panel, own, outside, r);
         }
         for r in tiled..rows.end {
-            let outside = match &mut outside {
-                Some((x, columns)) => Some((&mut **x, *columns)),
-                None => None,
-            };
+            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
             self.forward_tile::<S, NV, 1>(simd, panel, own, outside, r);
         }
     }
@@ -196,7 +190,7 @@ impl<'a> Node<'a> {
         for t in 0..R {
             sums[t] = match &outside {
                 None => panel.load(&*own, rows[t] as usize),
-                Some((x, columns)) => panel.load(&**x, rows[t] as usize - columns),
+                Some((x, columns)) => panel.load(x, rows[t] as usize - columns),
             };
         }
         for c in 0..self.shape.size {
