@@ -317,8 +317,8 @@ mod tests {
         let trial = |seed: u64, more: &str| {
             let sets = ["run.episodes=200", "shaping.potential=heat", more].map(str::to_owned);
             let loaded = Scenario::load(Path::new("rewarded_goals"), &sets).unwrap();
-            let trial = run_trial(&loaded.scenario, seed, &AtomicBool::new(false));
-            trial.unwrap().unwrap().0
+            let trial = run_trial(&loaded.scenario, seed, None, &AtomicBool::new(false));
+            trial.unwrap().unwrap().result
         };
         for seed in 0..3 {
             let settled = trial(seed, "exploration.reward_search_share=0");
