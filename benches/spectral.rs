@@ -1,4 +1,4 @@
-//! What one update of the spectrum costs, k = 16: about eight minutes on a quiet machine.
+//! What one update of the spectrum costs, k = 16: about ten minutes on a quiet machine.
 //!
 //! - `full`: after 5 % growth the incremental update against decomposing the whole matrix, by nalgebra and by faer;
 //!   the slowest of those are timed once, and those over a minute only with `SPECTRAL_BENCH_LONG=1` (half an hour);

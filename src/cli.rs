@@ -89,17 +89,17 @@ pub enum Command {
     Compare(Compare),
     /// Check a scenario without running it and print what it amounts to
     Check(Check),
-    /// Draw a scenario's map, or the potential that a run has learnt on it
+    /// Draw a scenario's map, or the potential and the policy that a run has learnt on it
     Show(Show),
     /// Keep the lowest Laplacian eigenvectors of any growing graph up to date, no learning involved
     Track(Track),
     /// Compute a potential towards goals on any graph
     Potential(Potential),
-    /// Show runs side by side as one HTML page that needs nothing else
+    /// Show runs side by side, or a comparison, as one HTML page that needs nothing else
     Report(Report),
     /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
     Export(Export),
-    /// Run a scenario with and without shaping and draw both as one SVG: φ on the map, regret
+    /// Draw a scenario with and without shaping as one SVG, or the source report's figures 4 to 9
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
@@ -190,6 +190,9 @@ pub struct Compare {
     /// Replace an existing folder
     #[arg(long)]
     pub force: bool,
+    /// Do not write report.html into the folder
+    #[arg(long)]
+    pub no_report: bool,
     /// Print the numbers as JSON
     #[arg(long, conflicts_with = "markdown")]
     pub json: bool,
@@ -220,6 +223,12 @@ pub struct Show {
     /// Show the potential of this run folder (or of one seed folder in it)
     #[arg(long, value_name = "RUN")]
     pub potential: Option<PathBuf>,
+    /// Show the greedy policy of this run folder (or of one seed folder in it)
+    #[arg(long, value_name = "RUN")]
+    pub policy: Option<PathBuf>,
+    /// Fit the map into N characters [default: the terminal's width; the whole map elsewhere]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    pub width: Option<usize>,
     /// Draw with ASCII characters only
     #[arg(long)]
     pub ascii: bool,
@@ -313,7 +322,7 @@ pub enum PotentialChoice {
 /// `eigentrail report`
 #[derive(Args, Debug)]
 pub struct Report {
-    /// Run folders, or folders of run folders; each run is an arm of the page
+    /// Run folders, or folders of run folders: each run is an arm of the page. Or the folder of one comparison
     #[arg(value_name = "RUN", required = true)]
     pub runs: Vec<PathBuf>,
     /// Write the page to FILE
@@ -357,14 +366,22 @@ pub enum ExportFormat {
 /// `eigentrail figures`
 #[derive(Args, Debug)]
 pub struct Figures {
-    #[command(flatten)]
-    pub scenario: ScenarioArgs,
+    /// A scenario file, or the name of a scenario that comes with the program (see `list`): φ on its map at four
+    /// moments, and the regret with and without shaping
+    #[arg(value_name = "SCENARIO.toml", required_unless_present = "all")]
+    pub scenario: Option<PathBuf>,
+    /// Draw counterparts of the report's figures 4 to 9 from the scenarios in scenarios/report, with a page around them
+    #[arg(long, conflicts_with = "scenario")]
+    pub all: bool,
+    /// Change one key, for example --set agent.gamma=0.99; can be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub sets: Vec<String>,
     /// Seeds of each arm, from 0
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Write the picture to FILE
-    #[arg(short, long, value_name = "FILE.svg", default_value = "figure.svg")]
-    pub out: PathBuf,
+    /// Write to this file, or with --all into this folder [default: figure.svg, or the folder figures]
+    #[arg(short, long, value_name = "PATH")]
+    pub out: Option<PathBuf>,
 }
 
 /// `eigentrail new`

@@ -734,6 +734,8 @@ mod runs {
             shown.contains("sea, the") && shown.contains("home"),
             "{shown}"
         );
+        let shown = program.prints(&["show", file, "--policy", "o"]);
+        assert!(shown.contains("shop → sea, the\n"), "{shown}");
     }
 
     #[test]
@@ -1077,6 +1079,18 @@ mod words {
         let text = program.prints(&["show", file, "--potential", "o", "--ascii"]);
         assert!(
             text.starts_with("S ##") && text.contains("to 0.00 (9)"),
+            "{text}"
+        );
+        let text = program.prints(&["show", file, "--policy", "o", "--ascii"]);
+        assert!(
+            text.contains("> > G") && text.contains("greedy policy, learnt in"),
+            "{text}"
+        );
+        let text = program.prints(&["show", file, "--policy", "o", "--color", "always"]);
+        assert!(text.contains("\u{1b}[48;") && text.contains('→'), "{text}");
+        let text = program.prints(&["show", file, "--ascii", "--width", "2"]);
+        assert!(
+            text.starts_with("SG\n") && text.contains("each square stands for 2 × 2 cells"),
             "{text}"
         );
         program.refuses(

@@ -1,6 +1,6 @@
 //! The scenarios that come with the program: each is what it claims to be.
 
-use eigentrail::scenario::{Scenario, Shipped, shipped};
+use eigentrail::scenario::{Scenario, Shipped, report_scenarios, shipped};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -23,6 +23,20 @@ fn every_file_of_the_folder_is_shipped() {
         .filter(|name| name.ends_with(".toml"))
         .collect();
     assert_eq!(listed, there);
+}
+
+#[test]
+fn every_file_behind_the_figures_is_there_and_valid() {
+    let there = std::fs::read_dir("scenarios/report").unwrap();
+    assert_eq!(there.count(), report_scenarios().len());
+    for file in report_scenarios() {
+        let path = format!("scenarios/report/{}.toml", file.name);
+        let loaded = Scenario::load(Path::new(&path), &[]);
+        let scenario = loaded.unwrap_or_else(|error| panic!("{error}")).scenario;
+        assert_eq!(scenario.name.replace('-', "_"), file.name);
+        assert!(file.text.starts_with("# Figure ") && file.text.contains("\n# Expect "));
+        assert!(file.text.contains("\n#:schema ../schema.json\n"));
+    }
 }
 
 #[test]

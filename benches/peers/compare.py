@@ -30,6 +30,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/eigentrail")
     parser.add_argument("--work", type=Path, default=ROOT / "target/peers", help="graphs, references and settings are kept here")
     parser.add_argument("--out", type=Path, help="results as OUT.json, OUT.md and OUT.txt [default: WORK/result]")
+    parser.add_argument("--page", type=Path, help="put the table between the markers of this page, e.g. docs/spectra.md")
     parser.add_argument("--flag", action="append", default=[], help="passed on to `eigentrail track`, e.g. --flag=--certify")
     parser.add_argument("--list", action="store_true", help="print the rows' names and stop")
     return parser.parse_args()
@@ -65,7 +66,7 @@ class Comparison:
         start = 64 if row.kind == "sequence" else round(n / (1 + GROWTH))
         self.sizes = problem.sizes(n, GROWTH, start)
         self.exact = reference.lists(file, self.sizes, args.work, note)
-        self.job = dict(file=str(file), k=row.k, tau=row.tau, threads=row.threads, growth=GROWTH, sizes=self.sizes, flags=args.flag)
+        self.job = dict(file=str(file), k=row.k, tau=row.tau, threads=row.threads, growth=GROWTH, sizes=self.sizes, unit=float(self.exact[0][row.k - 1]), flags=args.flag)
 
     def run(self) -> dict:
         contenders = {"eigentrail": self.ours, **{peer: self.peer(peer) for peer in self.row.peers}}
@@ -159,6 +160,8 @@ def main() -> None:
         note(row.name())
         results.append(Comparison(row, args).run())
         report.write(results, out)  # after every row, so that an interrupted run is worth something
+    if args.page:
+        report.write_into(args.page, results)
     print(report.text(results))
 
 

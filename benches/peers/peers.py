@@ -13,27 +13,24 @@ import problem
 
 # Shift, relative to the last λ_k: small beside the wanted eigenvalues, so that they stand apart after inversion.
 SHIFT = 0.01
-FIRST_SHIFT = 1e-4
 
 
 class Peer:
-    """One method following one graph; `settings` are its tolerance and size of Krylov space."""
+    """One method following one graph; `settings` are its tolerance and size of Krylov space, `unit` is about λ_k."""
 
-    def __init__(self, k: int, tau: float, settings: dict, seed: int = 0):
-        self.k, self.tau, self.settings = k, tau, settings
+    def __init__(self, k: int, tau: float, settings: dict, unit: float, seed: int = 0):
+        self.k, self.tau, self.settings, self.unit = k, tau, settings, unit
         self.rng = np.random.default_rng(seed)
         self.values = self.vectors = None
 
     def update(self, graph: sp.csr_array):
         off = problem.coupling(graph)
         k = min(self.k, graph.shape[0])
-        values, vectors = self.solve(off, k, self.shift())
+        values, vectors = self.solve(off, k, SHIFT * self.unit)
         order = np.argsort(values)
         self.values, self.vectors = values[order], vectors[:, order]
+        self.unit = self.values[-1]
         return self.values, self.vectors
-
-    def shift(self) -> float:
-        return FIRST_SHIFT if self.values is None else SHIFT * self.values[-1]
 
     def extended(self, off: sp.csc_array) -> np.ndarray:
         """The old vectors, continued to new nodes by one product with I − L, which averages over neighbours."""
@@ -113,12 +110,11 @@ class Primme(Peer):
         factor = self.factor(off, sigma)
         inverse = sla.LinearOperator((n, n), matvec=factor, matmat=factor, dtype=float)
         start = None if self.vectors is None else self.extended(off)
-        unit = FIRST_SHIFT if self.values is None else self.values[-1]
         return primme.eigsh(
             operator,
             k,
             which="SA",
-            tol=self.settings["tol"] * self.tau * unit,
+            tol=self.settings["tol"] * self.tau * self.unit,
             OPinv=inverse,
             v0=start,
             maxBlockSize=self.settings["block"],
@@ -140,13 +136,12 @@ class Lobpcg(Peer):
             start = self.rng.standard_normal((n, k))
         else:
             start = self.extended(off)
-        unit = FIRST_SHIFT if self.values is None else self.values[-1]
         return sla.lobpcg(
             operator,
             start,
             M=hierarchy.aspreconditioner(),
             largest=False,
-            tol=self.settings["tol"] * self.tau * unit,
+            tol=self.settings["tol"] * self.tau * self.unit,
             maxiter=self.settings["maxiter"],
         )
 

@@ -28,7 +28,7 @@ def lists(file: Path, sizes: list[int], folder: Path, note=lambda text: None) ->
         return np.load(stored)
     stored.parent.mkdir(parents=True, exist_ok=True)
     note(f"reference for {file.stem}: {len(sizes)} updates")
-    graph, rows, scale = problem.load(file), [], 1e-2
+    graph, rows, scale = problem.load(file), [], None
     for nodes in sizes:
         rows.append(lowest(problem.prefix(graph, nodes), scale))
         scale = rows[-1][-1]
@@ -37,12 +37,14 @@ def lists(file: Path, sizes: list[int], folder: Path, note=lambda text: None) ->
     return table
 
 
-def lowest(graph: sp.csr_array, scale: float) -> np.ndarray:
+def lowest(graph: sp.csr_array, scale: float | None) -> np.ndarray:
     off = sp.csc_matrix(problem.coupling(graph))
     n = off.shape[0]
     if n <= DENSE:
         return scipy.linalg.eigh(off.toarray() + np.eye(n), eigvals_only=True)[:KEPT]
     symbolic = analyze(off, mode="simplicial", ordering_method="amd")
+    if scale is None:
+        scale = rough_scale(off, symbolic)
     solve = symbolic.cholesky(off, beta=1 + 1e-3 * scale)
     values, vectors = search(solve, n, 1e-3 * scale, np.zeros((n, 0)))
     for _ in range(8):
@@ -57,6 +59,18 @@ def lowest(graph: sp.csr_array, scale: float) -> np.ndarray:
         order = np.argsort(values)
         values, vectors = values[order], vectors[:, order]
     raise RuntimeError(f"{n} nodes: {below} eigenvalues below {mu}, found {gap + 1}")
+
+
+def rough_scale(off: sp.csc_matrix, symbolic) -> float:
+    """About λ_8, by shifts that shrink until they are small beside it."""
+    sigma = 1e-3
+    while True:
+        operator = sla.LinearOperator(off.shape, matvec=symbolic.cholesky(off, beta=1 + sigma), dtype=float)
+        nu = sla.eigsh(operator, 8, which="LA", tol=0.1, return_eigenvectors=False, ncv=24, v0=np.cos(np.arange(off.shape[0])))
+        scale = 1 / nu.min() - sigma
+        if sigma <= scale:
+            return scale
+        sigma /= 100
 
 
 def search(solve, n: int, sigma: float, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,9 @@ import statistics
 import time
 from pathlib import Path
 
-HEAD = ("row", "ours", "best peer", "ours ÷ peer, whole", "last updates", "peak GB", "lists wrong: ours / peers", "worst |Δλ| / λ_k")
+BEGIN, END = "<!-- results -->", "<!-- end of results -->"
+
+HEAD = ("row", "ours", "best peer", "ours ÷ peer, whole", "last updates", "peak GB", "lists wrong: ours / peers", "worst error of λ ÷ λ_k")
 
 
 def write(results: list[dict], out: Path) -> None:
@@ -16,6 +18,13 @@ def write(results: list[dict], out: Path) -> None:
     out.with_suffix(".json").write_text(json.dumps(facts, indent=1))
     out.with_suffix(".md").write_text(markdown(results) + "\n")
     out.with_suffix(".txt").write_text(text(results) + "\n")
+
+
+def write_into(page: Path, results: list[dict]) -> None:
+    """Replaces what stands between the page's markers."""
+    before, rest = page.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    page.write_text(f"{before}{BEGIN}\n\n{markdown(results)}\n\n{END}{after}")
 
 
 def machine() -> dict:

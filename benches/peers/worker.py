@@ -19,7 +19,7 @@ def measure(job: dict) -> dict:
     import peers
 
     graph = problem.load(job["file"])
-    peer = peers.PEERS[job["peer"]](job["k"], job["tau"], job["settings"])
+    peer = peers.PEERS[job["peer"]](job["k"], job["tau"], job["settings"], job["unit"])
     updates = []
     for nodes in job["sizes"]:
         prefix = problem.prefix(graph, nodes)

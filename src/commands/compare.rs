@@ -47,6 +47,9 @@ pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result
             );
             return Ok(Ending::Interrupted);
         };
+        if !args.no_report {
+            super::report::write_comparison_into(&report.folder)?;
+        }
         if !args.json {
             print(&render_comparison(&comparison, style(args)))?;
             print(&format!("written to {}\n\n", report.folder.display()))?;

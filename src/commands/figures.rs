@@ -1,6 +1,6 @@
 //! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
 
-use super::{BadInput, Ending, print, stop_on_interrupt};
+use super::{BadInput, Ending, gallery, print, stop_on_interrupt};
 use crate::cli;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
@@ -11,7 +11,7 @@ use eigentrail::telemetry::Telemetry;
 use std::path::Path;
 
 /// The arm to compare with: nothing but the environment's own reward.
-const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kind=none"];
+pub(super) const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kind=none"];
 
 pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let stop = stop_on_interrupt()?;
@@ -21,9 +21,14 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         on_episode: &mut |_| (),
         outlets: Outlets::default(),
     };
+    let sets = &args.sets;
+    let Some(scenario) = &args.scenario else {
+        let out = args.out.as_deref().unwrap_or(Path::new("figures"));
+        return gallery::write_all(out, args.seeds, sets, &mut watch);
+    };
+    let out = args.out.as_deref().unwrap_or(Path::new("figure.svg"));
     let runs = tempfile::tempdir().context("cannot make a folder for the runs")?;
-    let load = |sets: &[String]| Scenario::load(&args.scenario.scenario, sets).map_err(Error::from);
-    let sets = &args.scenario.sets;
+    let load = |sets: &[String]| Scenario::load(scenario, sets).map_err(Error::from);
     let plain: Vec<String> = sets
         .iter()
         .cloned()
@@ -39,14 +44,18 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;
     let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), &mut watch)?;
     let svg = overview(map.layout(), &shaped, &sparse);
-    std::fs::write(&args.out, svg)
-        .with_context(|| format!("{}: cannot write", args.out.display()))?;
-    print(&format!("written to {}", args.out.display()))?;
+    std::fs::write(out, svg).with_context(|| format!("{}: cannot write", out.display()))?;
+    print(&format!("written to {}", out.display()))?;
     Ok(Ending::Done)
 }
 
 /// Runs seeds 0, 1, 2 … of a scenario and reads them back.
-fn run(loaded: &Loaded, seeds: u64, folder: &Path, watch: &mut Watch<'_>) -> Result<RecordedRun> {
+pub(super) fn run(
+    loaded: &Loaded,
+    seeds: u64,
+    folder: &Path,
+    watch: &mut Watch<'_>,
+) -> Result<RecordedRun> {
     for seed in 0..seeds {
         let request = RunRequest {
             seed,

@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod export;
 mod figures;
+mod gallery;
 mod info;
 mod potential;
 mod progress;
@@ -14,6 +15,7 @@ mod track;
 
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
+use eigentrail::report::Ink;
 use eigentrail::telemetry::{self, Telemetry};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -55,7 +57,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
-        Command::Show(args) => show::show(args),
+        Command::Show(args) => show::show(args, &cli.global),
         Command::Track(args) => {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))
         }
@@ -106,6 +108,27 @@ fn install(global: &Global) -> Result<Telemetry> {
 /// <https://no-color.org>: set and not empty.
 fn no_color() -> bool {
     std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+}
+
+/// The colours that stdout takes.
+fn stdout_ink(global: &Global) -> Ink {
+    let colored = match global.color {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => io::stdout().is_terminal() && !no_color(),
+    };
+    let terminal = std::env::var("COLORTERM").unwrap_or_default();
+    match (colored, terminal.as_str()) {
+        (false, _) => Ink::None,
+        (true, "truecolor" | "24bit") => Ink::True,
+        (true, _) => Ink::Cube,
+    }
+}
+
+/// Characters in a line of the terminal; none if stdout is not one.
+fn terminal_width() -> Option<usize> {
+    let (terminal_size::Width(width), _) = terminal_size::terminal_size_of(io::stdout())?;
+    Some(usize::from(width))
 }
 
 /// Whether progress may be drawn.

@@ -1,13 +1,25 @@
 //! `eigentrail report`
 
-use super::{Ending, print};
+use super::{BadInput, Ending, print};
 use crate::cli;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
-use eigentrail::report::{html_report, read_runs};
+use eigentrail::report::{RecordedComparison, html_comparison, html_report, read_runs};
+use eigentrail::runner::is_comparison;
 use std::path::Path;
 
 pub fn report(args: &cli::Report) -> Result<Ending> {
+    if let Some(comparison) = args.runs.iter().find(|path| is_comparison(path)) {
+        if args.runs.len() > 1 {
+            bail!(BadInput(format!(
+                "{}: a comparison has a page of its own; give it alone",
+                comparison.display()
+            )));
+        }
+        write(&args.out, &comparison_page(comparison)?)?;
+        print(&format!("written to {}", args.out.display()))?;
+        return Ok(Ending::Done);
+    }
     let mut runs = Vec::new();
     for folder in &args.runs {
         runs.extend(read_runs(folder).map_err(Error::from)?);
@@ -21,6 +33,16 @@ pub fn report(args: &cli::Report) -> Result<Ending> {
 pub fn write_into(folder: &Path) -> Result<()> {
     let runs = read_runs(folder).map_err(Error::from)?;
     write(&folder.join("report.html"), &html_report(&runs))
+}
+
+/// Writes `report.html` into the folder of a comparison.
+pub fn write_comparison_into(folder: &Path) -> Result<()> {
+    write(&folder.join("report.html"), &comparison_page(folder)?)
+}
+
+fn comparison_page(folder: &Path) -> Result<String> {
+    let recorded = RecordedComparison::read(folder).map_err(Error::from)?;
+    Ok(html_comparison(&recorded))
 }
 
 fn write(path: &Path, page: &str) -> Result<()> {

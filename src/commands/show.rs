@@ -1,46 +1,73 @@
 //! `eigentrail show`
 
-use super::{BadInput, Ending, print};
+use super::{BadInput, Ending, print, stdout_ink};
 use crate::cli;
 use anyhow::{Result, bail};
 use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
 use eigentrail::error::Error;
-use eigentrail::report::{Charset, draw_map, draw_values, grouped};
+use eigentrail::report::{
+    Charset, Ink, Look, RecordedSeed, draw_map, draw_policy, draw_values, fitting_note, grouped,
+};
 use eigentrail::runner::{is_run, read_potential};
 use eigentrail::scenario::{MovedWorld, Scenario, World};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub fn show(args: &cli::Show) -> Result<Ending> {
+/// Names of states and their φ.
+type Potentials = Vec<(String, f64)>;
+
+pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     let scenario = &loaded.scenario;
     let world = scenario.world(scenario.run.seed);
     let world = world.expect("the scenario was checked when it was loaded");
-    let charset = if args.ascii {
-        Charset::Ascii
-    } else {
-        Charset::Blocks
-    };
-    let text = match (&world, &args.potential) {
-        (World::Grid(map), None) => {
-            let moved = moved_map(scenario, charset);
-            draw_map(map.layout(), charset) + &facts(&world) + &moved
+    let mut text = String::new();
+    match &world {
+        World::Grid(map) => {
+            let look = look(args, global);
+            if let Some(run) = &args.potential {
+                let folder = folder_on(map.layout(), run)?;
+                text += &potential(&last_layout(scenario, map), &folder, look)?;
+            }
+            if let Some(run) = &args.policy {
+                let folder = folder_on(map.layout(), run)?;
+                text += &policy(&last_layout(scenario, map), &folder, look)?;
+            }
+            if text.is_empty() {
+                let moved = moved_map(scenario, look);
+                text = draw_map(map.layout(), look) + &facts(&world) + &moved;
+            }
+            text.extend(fitting_note(map.layout(), look).map(|note| note + "\n"));
         }
-        (World::Grid(map), Some(run)) => {
-            let folder = seed_folder(run)?;
-            same_map(map.layout(), &folder)?;
-            potential(&last_layout(scenario, map), &folder, charset)?
+        World::Listed(_, names) => {
+            if let Some(run) = &args.potential {
+                text += &listed_potential(&seed_folder(run)?)?;
+            }
+            if let Some(run) = &args.policy {
+                text += &listed_policy(&seed_folder(run)?)?;
+            }
+            if text.is_empty() {
+                text = format!("states: {}\n{}", names.join(", "), facts(&world));
+            }
         }
-        (World::Listed(_, names), None) => {
-            format!("states: {}\n{}", names.join(", "), facts(&world))
-        }
-        (World::Listed(..), Some(run)) => listed_potential(&seed_folder(run)?)?,
-    };
+    }
     print(&text)?;
     Ok(Ending::Done)
+}
+
+fn look(args: &cli::Show, global: &cli::Global) -> Look {
+    Look {
+        charset: if args.ascii {
+            Charset::Ascii
+        } else {
+            Charset::Blocks
+        },
+        ink: stdout_ink(global),
+        width: args.width.or_else(super::terminal_width),
+    }
 }
 
 /// The map with the goals that a run ends with, which its potential leads to.
@@ -53,13 +80,13 @@ fn last_layout(scenario: &Scenario, first: &GridWorld) -> Layout {
 }
 
 /// The map after the goals have moved, if they do.
-fn moved_map(scenario: &Scenario, charset: Charset) -> String {
+fn moved_map(scenario: &Scenario, look: Look) -> String {
     match scenario.moved_world(scenario.run.seed) {
         Ok(Some(MovedWorld { after, world })) => match &world {
             World::Grid(map) => format!(
                 "\nafter {} episodes\n{}{}",
                 grouped(after as u64),
-                draw_map(map.layout(), charset),
+                draw_map(map.layout(), look),
                 facts(&world)
             ),
             World::Listed(..) => String::new(),
@@ -87,15 +114,16 @@ fn facts(world: &World) -> String {
     )
 }
 
-/// Refuses the potential of a run on another map, where the run's scenario is still beside it.
-fn same_map(layout: &Layout, folder: &Path) -> Result<()> {
-    let beside = folder.parent().unwrap_or(folder).join("resolved.toml");
+/// The seed folder of a run; refused if the run was on another map, where its scenario is still beside it.
+fn folder_on(layout: &Layout, run: &Path) -> Result<PathBuf> {
+    let folder = seed_folder(run)?;
+    let beside = folder.parent().unwrap_or(&folder).join("resolved.toml");
     let Ok(run) = Scenario::load(&beside, &[]) else {
-        return Ok(());
+        return Ok(folder);
     };
     let world = run.scenario.world(run.scenario.run.seed);
     match world.expect("the scenario was checked when it was loaded") {
-        World::Grid(map) if map.layout() == layout => Ok(()),
+        World::Grid(map) if map.layout() == layout => Ok(folder),
         _ => bail!(BadInput(format!(
             "{}: the run is of another world: its map differs from the scenario's",
             folder.display()
@@ -103,44 +131,98 @@ fn same_map(layout: &Layout, folder: &Path) -> Result<()> {
     }
 }
 
-/// The map, shaded by φ.
-fn potential(layout: &Layout, folder: &Path, charset: Charset) -> Result<String> {
-    let rows = read_potential(folder).map_err(Error::from)?;
-    let mut phi: HashMap<Cell, f64> = HashMap::new();
-    for (label, value) in &rows {
+/// The values by cell of what a run says about states.
+fn by_cell<T>(
+    layout: &Layout,
+    folder: &Path,
+    rows: impl Iterator<Item = (String, T)>,
+) -> Result<HashMap<Cell, T>> {
+    let mut cells = HashMap::new();
+    for (label, value) in rows {
         let place = label
             .split_once(',')
             .and_then(|(row, col)| layout.cell(row.parse().ok()?, col.parse().ok()?));
         match place {
-            Some(cell) => phi.insert(cell, *value),
+            Some(cell) => cells.insert(cell, value),
             None => bail!(BadInput(format!(
                 "{}: the run is of another world: state {label} is not on this map",
                 folder.display()
             ))),
         };
     }
+    Ok(cells)
+}
+
+fn read(folder: &Path) -> Result<Potentials> {
+    Ok(read_potential(folder).map_err(Error::from)?)
+}
+
+/// The map, shaded by φ.
+fn potential(layout: &Layout, folder: &Path, look: Look) -> Result<String> {
+    let phi = by_cell(layout, folder, read(folder)?.into_iter())?;
     let values = || phi.values().copied();
     let (low, high) = (
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     );
-    let (first, last) = match charset {
-        Charset::Blocks => ('▁', '█'),
-        Charset::Ascii => ('0', '9'),
+    let (first, last) = match (look.ink, look.charset) {
+        (Ink::Cube | Ink::True, _) => ("violet", "yellow"),
+        (Ink::None, Charset::Blocks) => ("▁", "█"),
+        (Ink::None, Charset::Ascii) => ("0", "9"),
     };
-    let map = draw_values(layout, |cell| phi.get(&cell).copied(), charset);
+    let map = draw_values(layout, |cell| phi.get(&cell).copied(), look);
     Ok(format!(
         "{map}φ from {low:.2} ({first}) to {high:.2} ({last}), {} states\n",
         phi.len()
     ))
 }
 
+/// The map with an arrow where the agent has learnt what to do, on φ if there are colours.
+fn policy(layout: &Layout, folder: &Path, look: Look) -> Result<String> {
+    let phi = by_cell(layout, folder, read(folder)?.into_iter())?;
+    let seed = RecordedSeed::read_sights(folder, 0).map_err(Error::from)?;
+    let rows = seed
+        .policy
+        .iter()
+        .map(|row| row.greedy.filter(|_| row.visits > 0));
+    let held = by_cell(layout, folder, seed.labels.iter().cloned().zip(rows))?;
+    let map = draw_policy(
+        layout,
+        |cell| held.get(&cell).copied().flatten(),
+        |cell| phi.get(&cell).copied(),
+        look,
+    );
+    let learnt = held.values().flatten().count();
+    Ok(format!(
+        "{map}greedy policy, learnt in {learnt} of {} states\n",
+        held.len()
+    ))
+}
+
 fn listed_potential(folder: &Path) -> Result<String> {
-    let rows = read_potential(folder).map_err(Error::from)?;
-    Ok(rows
+    Ok(read(folder)?
         .iter()
         .map(|(name, phi)| format!("{phi:10.3}  {name}\n"))
         .collect())
+}
+
+/// Each state, and where the action held best has led most often.
+fn listed_policy(folder: &Path) -> Result<String> {
+    let seed = RecordedSeed::read_sights(folder, 0).map_err(Error::from)?;
+    let mut text = String::new();
+    for (name, row) in seed.labels.iter().zip(&seed.policy) {
+        let held = seed
+            .graph
+            .iter()
+            .filter(|edge| edge.from == row.state && Some(edge.action) == row.greedy);
+        let next = held.max_by_key(|edge| edge.count);
+        let next = next.and_then(|edge| seed.labels.get(edge.to as usize));
+        text += &match next {
+            Some(next) => format!("{name} → {next}\n"),
+            None => format!("{name}\n"),
+        };
+    }
+    Ok(text)
 }
 
 /// The seed folder that `run` is, or the first one in it.

@@ -6,6 +6,15 @@
 //! most other worlds are not, and nobody tells the agent: the hypothesis is built from the transitions seen
 //! (pairs of actions that undo one another share an axis with opposite signs) and tested on every loop that
 //! closes. While it is not confirmed, or once loops contradict it, nothing is predicted and the bound is 0.
+//!
+//! Where actions slip, one step tells little; [`relocation`] then takes all steps together, and [`slips`] says how an
+//! action's outcomes are spread.
+
+mod placement;
+pub mod relocation;
+pub mod slips;
+
+pub use slips::Slips;
 
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
@@ -23,7 +32,8 @@ const MAX_ACTIONS: usize = 16;
 /// What an untried action is expected to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prediction {
-    /// It undoes the step by which the state was entered from this neighbour: as good as known.
+    /// It undoes the step by which the state was entered from this neighbour, or goes a way that is known: as good as
+    /// known itself.
     Undo(StateId),
     /// It leads to the position of this state, if nothing stands in between.
     Known(StateId),
@@ -59,6 +69,12 @@ pub struct Displacements {
     occupied: HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>,
     loops_confirmed: u64,
     loops_contradicted: u64,
+    /// Some action has led to two places.
+    stochastic: bool,
+    slips: Option<Slips>,
+    steps: u64,
+    /// When to reckon anew, in steps.
+    due: u64,
     scratch: Vec<i32>,
 }
 
@@ -81,6 +97,10 @@ impl Displacements {
             occupied: HashMap::default(),
             loops_confirmed: 0,
             loops_contradicted: 0,
+            stochastic: false,
+            slips: None,
+            steps: 0,
+            due: 0,
             scratch: Vec::new(),
         }
     }
@@ -113,8 +133,11 @@ impl Displacements {
         if to.index() == self.entry.len() {
             self.entry.push(Some((from, action)));
             self.append_position(to);
-        } else if to != from {
+        } else if to != from && !self.stochastic {
             self.close_loop(from, action, to);
+        }
+        if !self.stochastic && graph.tries(from, action) > 1 {
+            self.expect_slips();
         }
         if to != from {
             self.moved[action.index()] = true;
@@ -129,7 +152,11 @@ impl Displacements {
         from: StateId,
         action: Action,
     ) -> Prediction {
-        if let Some(back) = self.inverse[action.index()] {
+        if self.stochastic {
+            if let Some(next) = self.neighbor_towards(graph, from, action) {
+                return Prediction::Undo(next);
+            }
+        } else if let Some(back) = self.inverse[action.index()] {
             for &neighbor in graph.adjacency().neighbors(from.0) {
                 if graph.likely_successor(StateId(neighbor), back) == Some(from) {
                     return Prediction::Undo(StateId(neighbor));
@@ -164,6 +191,24 @@ impl Displacements {
             .sum()
     }
 
+    /// How many positions next to the place where `action` leads from `from` are taken; 0 while positions are not
+    /// trusted. O(axes).
+    pub fn known_sides(&mut self, from: StateId, action: Action) -> u32 {
+        if !self.trusted() || from.index() >= self.entry.len() {
+            return 0;
+        }
+        self.load_target(from, action);
+        let mut sides = 0;
+        for axis in 0..self.num_axes {
+            for side in [1, -1] {
+                self.scratch[axis] += side;
+                sides += u32::from(self.occupied.contains_key(self.scratch.as_slice()));
+                self.scratch[axis] -= side;
+            }
+        }
+        sides
+    }
+
     /// Whether `action`, and every action that has ever moved, has a known inverse.
     fn is_paired(&self, action: Action) -> bool {
         let mut actions = self.inverse.iter().zip(&self.moved);
@@ -182,6 +227,7 @@ impl Displacements {
 
     fn append_position(&mut self, state: StateId) {
         match self.entry[state.index()] {
+            Some((from, action)) if self.stochastic => self.load_likely_target(from, action),
             Some((from, action)) => self.load_target(from, action),
             None => {
                 self.scratch.clear();
@@ -229,6 +275,7 @@ impl Displacements {
         self.tests[pair] += 1;
         self.undone[pair] += u32::from(undone);
         if undone
+            && !self.stochastic
             && self.inverse[first.index()].is_none()
             && self.undoes(first, second)
             && self.undoes(second, first)
@@ -245,8 +292,8 @@ impl Displacements {
         tests >= MIN_UNDO_TESTS && f64::from(self.undone[pair]) >= MIN_AGREEMENT * f64::from(tests)
     }
 
-    /// Gives each pair of inverses one axis and reckons all positions anew; happens once a pair.
-    fn rebuild_axes(&mut self) {
+    /// Gives each pair of inverses one axis.
+    fn assign_axes(&mut self) {
         self.num_axes = 0;
         for a in 0..self.num_actions {
             self.directions[a] = match self.inverse[a] {
@@ -263,6 +310,11 @@ impl Displacements {
                 }
             };
         }
+    }
+
+    /// Reckons all positions anew; happens once a pair.
+    fn rebuild_axes(&mut self) {
+        self.assign_axes();
         self.positions.clear();
         self.occupied.clear();
         self.loops_confirmed = 0;

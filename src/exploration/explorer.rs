@@ -26,7 +26,7 @@ use crate::env::Action;
 use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
-use quest::{Quest, QuestView};
+use quest::{MAX_TRIES_WANTED, Quest, QuestView};
 use rand_chacha::ChaCha8Rng;
 
 /// A goal as the explorer sees it.
@@ -37,9 +37,6 @@ pub struct Destination {
     /// By how many steps it is worse than the best goal.
     pub handicap: u32,
 }
-
-/// Beyond this many tries an action has shown what it can do: a slip of 0.3 hides a door with probability 0.3^16.
-const MAX_TRIES_WANTED: u32 = 16;
 
 /// Frontier exploration with all it has learnt. Memory O(n · actions).
 #[derive(Clone, Debug)]
@@ -118,7 +115,8 @@ impl Explorer {
     }
 
     /// Learns from a step that the graph has recorded; `terminal` if the episode terminated in `to`, `first_time` if
-    /// this outcome was not seen before. O(1), or O(actions · degree) if it is new.
+    /// this outcome was not seen before. O(1), or O(actions · degree) if it is new; where actions slip, amortised
+    /// O(log m).
     pub fn learn(
         &mut self,
         graph: &TransitionGraph,
@@ -147,6 +145,7 @@ impl Explorer {
             self.from_start.append(from, to);
             self.to_goal.append(from, to);
         }
+        self.displacements.count_step(graph);
     }
 
     /// Tells whether a goal has paid more than nothing. Where rewards are only costs the nearest goal is the best one, as
@@ -226,7 +225,7 @@ impl Explorer {
         if let Some(action) = self.plan(graph, state) {
             advice[action.index()] = self.params.frontier_advice;
         } else if !self.destinations.is_empty() {
-            self.advise_potential(graph, state, potential, unit, advice);
+            self.advise_climb(graph, state, potential, unit, advice);
         }
     }
 

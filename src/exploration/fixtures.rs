@@ -74,6 +74,17 @@ impl World {
         }
     }
 
+    /// The successor when three moves in ten go to one of the neighbouring directions instead; `draw` in 0..1.
+    pub fn slipped(&self, state: usize, action: usize, draw: f64) -> usize {
+        let n = self.num_actions();
+        let action = match draw {
+            _ if draw < 0.15 => (action + 1) % n,
+            _ if draw < 0.3 => (action + n - 1) % n,
+            _ => action,
+        };
+        self.moves[state][action]
+    }
+
     /// Steps from `from` to every state; `None` out of reach.
     pub fn hops_from(&self, from: usize) -> Vec<Option<u32>> {
         let mut hops = vec![None; self.num_states()];

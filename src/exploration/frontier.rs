@@ -29,6 +29,10 @@ pub trait FrontierView {
     fn successor(&mut self, state: StateId, action: Action) -> Option<StateId>;
     /// The worth of taking `action` in `state`: what may come of it if it was never tried.
     fn interest(&mut self, state: StateId, action: Action) -> Interest;
+    /// Of the promising actions of a state none of which goes straight on, those are taken that have the most of this.
+    fn preference(&mut self, _state: StateId, _action: Action) -> u32 {
+        0
+    }
 }
 
 /// The plan and the buffers of the search: 12 bytes a state. A search allocates only if the graph has grown or the
@@ -75,7 +79,7 @@ impl FrontierSearch {
 
     /// Plans a path from `from` to the nearest promising action (a last resort if there is none) and says
     /// whether there is one. Ties at the frontier go to the action that continues the path (`heading` at the
-    /// start), then to chance. O(states and transitions nearer than the frontier).
+    /// start), then to the preferred one, then to chance. O(states and transitions nearer than the frontier).
     pub fn search(
         &mut self,
         view: &mut impl FrontierView,
@@ -125,11 +129,32 @@ impl FrontierSearch {
                 Interest::None => {}
             }
         }
-        match arriving {
-            Some(action) if self.candidates.contains(&action) => Some(action),
-            _ if self.candidates.is_empty() => None,
-            _ => Some(self.candidates[rng.random_range(0..self.candidates.len())]),
+        if let Some(ahead) = arriving.filter(|ahead| self.candidates.contains(ahead)) {
+            return Some(ahead);
         }
+        self.keep_preferred(view, state);
+        match self.candidates.len() {
+            0 => None,
+            several => Some(self.candidates[rng.random_range(0..several)]),
+        }
+    }
+
+    /// Strikes out the candidates that are not the most preferred ones.
+    fn keep_preferred(&mut self, view: &mut impl FrontierView, state: StateId) {
+        let mut best = 0;
+        let mut kept = 0;
+        for i in 0..self.candidates.len() {
+            let preference = view.preference(state, self.candidates[i]);
+            if preference > best {
+                best = preference;
+                kept = 0;
+            }
+            if preference == best {
+                self.candidates[kept] = self.candidates[i];
+                kept += 1;
+            }
+        }
+        self.candidates.truncate(kept);
     }
 
     /// Enqueues the unvisited successors of `state`, from a random action on.
@@ -288,6 +313,43 @@ mod tests {
             first_choices[search.planned(StateId(4)).expect("there are four").index()] += 1;
         }
         assert!(first_choices.iter().all(|&n| n > 10), "{first_choices:?}");
+    }
+
+    /// A state where everything is promising, and larger actions are preferred.
+    struct Choosy;
+
+    impl FrontierView for Choosy {
+        fn num_actions(&self) -> usize {
+            4
+        }
+
+        fn successor(&mut self, _: StateId, _: Action) -> Option<StateId> {
+            None
+        }
+
+        fn interest(&mut self, _: StateId, _: Action) -> Interest {
+            Interest::Promising
+        }
+
+        fn preference(&mut self, _: StateId, action: Action) -> u32 {
+            u32::from(action.0 / 2)
+        }
+    }
+
+    #[test]
+    fn preference_decides_where_no_action_goes_straight_on() {
+        let mut search = FrontierSearch::new();
+        let mut taken = [0; 4];
+        for seed in 0..100 {
+            search.search(&mut Choosy, StateId(0), None, &mut rng(seed));
+            taken[search.planned(StateId(0)).expect("all promise").index()] += 1;
+            search.search(&mut Choosy, StateId(0), Some(Action(1)), &mut rng(seed));
+            assert_eq!(search.planned(StateId(0)), Some(Action(1)));
+        }
+        assert!(
+            taken[0] + taken[1] == 0 && taken[2] > 20 && taken[3] > 20,
+            "{taken:?}"
+        );
     }
 
     #[test]

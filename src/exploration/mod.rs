@@ -76,8 +76,8 @@ impl Default for ExplorationParams {
     fn default() -> Self {
         Self {
             kind: ExplorationKind::Frontier,
-            frontier_advice: 6.0,
-            potential_advice: 10.0,
+            frontier_advice: 12.0,
+            potential_advice: 20.0,
             optimism: Optimism::SeenGoals,
             search_share: 0.005,
             reward_search_share: 0.8,

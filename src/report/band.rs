@@ -1,17 +1,23 @@
-//! Means over seeds with their 95 % confidence intervals: x̄ ± t₀.₉₇₅(n − 1) · s / √n.
+//! Curves over seeds with their 95 % intervals: means x̄ ± t₀.₉₇₅(n − 1) · s / √n, or interquartile means with
+//! bootstrap intervals ([`statistics`](crate::runner::statistics)).
 
+use crate::runner::statistics::{Bootstrap, interquartile_mean};
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// A curve with its band; the band has no width where there is one seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Band {
-    /// Means.
-    pub mean: Vec<f64>,
+    /// Means, or interquartile means.
+    pub middle: Vec<f64>,
     /// Lower ends.
     pub low: Vec<f64>,
     /// Upper ends.
     pub high: Vec<f64>,
 }
+
+/// Resamples behind each point of a robust band: its ends are then known to about a twentieth of its width.
+const RESAMPLES: usize = 1000;
 
 /// Two-sided 95 % quantiles of Student's t for 1 to 30 degrees of freedom; 1.96 beyond.
 const T: [f64; 30] = [
@@ -44,17 +50,45 @@ impl Band {
         for i in 0..len {
             let values: Vec<f64> = (0..seeds).map(|seed| value(seed, i)).collect();
             let (mean, low, high) = interval(&values);
-            band.mean.push(mean);
+            band.middle.push(mean);
             band.low.push(low);
             band.high.push(high);
         }
         band
+    }
+
+    /// The same with interquartile means and bootstrap intervals, which the odd seed that went astray does not move.
+    /// Does not depend on the number of threads. O(`len` × `seeds` log `seeds`), times a thousand.
+    ///
+    /// # Panics
+    /// If `seeds` is 0 and `len` is not.
+    pub fn robust(seeds: usize, len: usize, value: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+        let bootstrap = Bootstrap {
+            resamples: RESAMPLES,
+            ..Bootstrap::default()
+        };
+        let points = (0..len).into_par_iter().map(|i| {
+            let values: Vec<f64> = (0..seeds).map(|seed| value(seed, i)).collect();
+            let of = bootstrap.interval(&values, interquartile_mean);
+            (of.value, (of.low, of.high))
+        });
+        let (middle, (low, high)) = points.unzip();
+        Self { middle, low, high }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_outlier_does_not_move_a_robust_band() {
+        let value = |seed: usize, i: usize| if seed == 7 { 1e9 } else { (seed + i) as f64 };
+        let band = Band::robust(8, 2, value);
+        // ⌊8/4⌋ = 2 from each end of 0 … 6, 10⁹ leaves 2, 3, 4, 5.
+        assert_eq!(band.middle, [3.5, 4.5]);
+        assert!(band.low[0] < 3.5 && 3.5 < band.high[0]);
+    }
 
     #[test]
     fn the_interval_is_that_of_the_textbook() {

@@ -72,6 +72,17 @@ impl TrialTiming {
     }
 }
 
+/// How one seed of one arm went, in blocks of episodes ([`blocks`](super::blocks)).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Course {
+    /// Number of the last episode of each block, from 1.
+    pub episodes: Vec<usize>,
+    /// Mean steps of its episodes.
+    pub length: Vec<f64>,
+    /// ρ of the run (eq. 15) up to its end, in units of reward.
+    pub regret: Vec<f64>,
+}
+
 /// An interquartile mean and its 95 % bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IqmInterval {

@@ -155,11 +155,11 @@ fn notes(comparison: &Comparison) -> String {
     text
 }
 
-fn dash() -> String {
+pub(super) fn dash() -> String {
     "–".to_owned()
 }
 
-fn iqm(value: &IqmInterval) -> String {
+pub(super) fn iqm(value: &IqmInterval) -> String {
     let whole = |x: f64| match x < 0.0 {
         true => format!("-{}", grouped((-x).round() as u64)),
         false => grouped(x.round() as u64),
@@ -172,7 +172,7 @@ fn iqm(value: &IqmInterval) -> String {
     )
 }
 
-fn ratio(value: &MedianInterval) -> String {
+pub(super) fn ratio(value: &MedianInterval) -> String {
     match (value.median, value.low, value.high) {
         (Some(median), Some(low), Some(high)) => {
             format!("{} [{}, {}]", short(median), short(low), short(high))
@@ -190,7 +190,7 @@ fn short(ratio: f64) -> String {
     }
 }
 
-fn moments(moments: &Moments) -> String {
+pub(super) fn moments(moments: &Moments) -> String {
     moments
         .median
         .map_or_else(dash, |steps| grouped(steps.round() as u64))

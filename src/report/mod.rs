@@ -1,6 +1,8 @@
 //! Results as people and programs read them.
 
+mod ansi;
 pub mod band;
+mod blocks;
 mod color;
 mod comparison;
 mod comparison_table;
@@ -9,21 +11,25 @@ mod map;
 mod map_png;
 mod page;
 mod recorded;
+mod recorded_comparison;
 mod sparkline;
 mod summary;
 mod terminal;
 mod validity;
 
+pub use ansi::Ink;
+pub use blocks::blocks;
 pub use comparison::{
-    ArmSummary, ArmTiming, Arrival, Comparison, IqmInterval, MedianInterval, Moments,
+    ArmSummary, ArmTiming, Arrival, Comparison, Course, IqmInterval, MedianInterval, Moments,
     ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
 };
 pub use comparison_table::{TableStyle, render_comparison, render_overview};
-pub use figure::overview;
-pub use map::{Charset, draw_map, draw_values};
+pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
+pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
 pub use map_png::png_of_values;
-pub use page::{html_report, live_page, report_data};
-pub use recorded::{EpisodeRow, RecordedRun, RecordedSeed, RefreshRow, read_runs};
+pub use page::{html_comparison, html_report, live_page, report_data};
+pub use recorded::{EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, read_runs};
+pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use sparkline::sparkline;
 pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};
 pub use terminal::{grouped, render_run};

@@ -43,6 +43,19 @@ pub struct RecordedSeed {
     pub policy: Vec<PolicyRow>,
     /// Rows of `graph.csv`.
     pub graph: Vec<GraphRow>,
+    /// Sums of `timings.csv`, if it is there.
+    pub seconds: Option<PhaseSeconds>,
+}
+
+/// Where the time of a seed went, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhaseSeconds {
+    /// In the eigensolver.
+    pub spectrum: f64,
+    /// In fits of the potential.
+    pub fit: f64,
+    /// In all episodes, what stands above included.
+    pub episodes: f64,
 }
 
 /// A row of `episodes.csv`, as far as it is shown.
@@ -155,13 +168,24 @@ impl RecordedRun {
 
 impl RecordedSeed {
     fn read(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
+        Ok(Self {
+            episodes: table(folder, "episodes.csv")?,
+            refreshes: table(folder, "refreshes.csv")?,
+            seconds: seconds(folder),
+            ..Self::read_sights(folder, seed)?
+        })
+    }
+
+    /// Reads what stands on maps: states, snapshots, policy and graph.
+    ///
+    /// # Errors
+    /// If `folder` does not hold a finished seed.
+    pub fn read_sights(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
         let labels: Vec<csv::StringRecord> = rows(folder, "states.csv", |reader| {
             reader.records().collect::<Result<_, _>>()
         })?;
         Ok(Self {
             seed,
-            episodes: table(folder, "episodes.csv")?,
-            refreshes: table(folder, "refreshes.csv")?,
             snapshots: read_snapshots(folder)?,
             labels: labels
                 .iter()
@@ -169,6 +193,7 @@ impl RecordedSeed {
                 .collect(),
             policy: table(folder, "policy.csv")?,
             graph: table(folder, "graph.csv")?,
+            ..Self::default()
         })
     }
 }
@@ -180,6 +205,27 @@ fn arguments(folder: &Path) -> Vec<String> {
         arguments: Vec<String>,
     }
     read_json::<Info>(&folder.join("run.json")).map_or(Vec::new(), |info| info.arguments)
+}
+
+/// Sums of `timings.csv`; nothing if it is gone.
+fn seconds(folder: &Path) -> Option<PhaseSeconds> {
+    #[derive(Deserialize)]
+    struct Row {
+        what: String,
+        seconds: f64,
+    }
+    let rows: Vec<Row> = table(folder, "timings.csv").ok()?;
+    let sum = |what: &str| {
+        rows.iter()
+            .filter(|row| row.what == what)
+            .map(|row| row.seconds)
+            .sum()
+    };
+    Some(PhaseSeconds {
+        spectrum: sum("spectrum_refresh"),
+        fit: sum("gcn_fit"),
+        episodes: sum("episode"),
+    })
 }
 
 fn table<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Vec<T>, RunnerError> {
@@ -197,7 +243,7 @@ fn rows<T>(
         .map_err(|error| damaged(&path, &error.to_string()))
 }
 
-fn damaged(path: &Path, message: &str) -> RunnerError {
+pub(super) fn damaged(path: &Path, message: &str) -> RunnerError {
     RunnerError::Damaged {
         path: path.to_owned(),
         message: message.to_owned(),

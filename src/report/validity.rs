@@ -3,12 +3,12 @@
 //! Shaping by F = γφ(s′) − φ(s), φ = 0 after termination, must leave the optimal actions as they are
 //! (Ng, Harada & Russell 1999): Q*_shaped(s, a) = Q*(s, a) − φ(s).
 
-use super::recorded::{RecordedRun, RecordedSeed};
+use super::recorded::RecordedSeed;
 use crate::env::layouts::Layout;
 use crate::env::{Action, Model, Outcome, TabularMdp};
 use crate::exploration::ExplorationKind;
 use crate::runner::pipeline_params;
-use crate::scenario::World;
+use crate::scenario::{Scenario, World};
 use serde::Serialize;
 
 /// Largest world of which the values are computed.
@@ -29,21 +29,24 @@ pub struct Check {
     pub detail: String,
 }
 
-/// The answers for the first seed of a run.
-pub fn validity(run: &RecordedRun) -> Vec<Check> {
-    let seed = &run.seeds[0];
-    let mut checks = vec![discounts_agree(run), telescopes(run, seed)];
+/// The answers for one seed of a scenario.
+pub fn validity(scenario: &Scenario, seed: &RecordedSeed) -> Vec<Check> {
+    let mut checks = vec![discounts_agree(scenario), telescopes(scenario, seed)];
     // After a move of the goals it is the last ones that value and policy are for.
-    let last = seed.episodes.len().saturating_sub(1);
-    match run.scenario.world_in(seed.seed, last) {
+    let episodes = match seed.episodes.len() {
+        0 => scenario.run.episodes, // not on record, but comparisons run them all
+        known => known,
+    };
+    let last = episodes.saturating_sub(1);
+    match scenario.world_in(seed.seed, last) {
         Ok(World::Grid(world)) => {
             let layout = world.layout();
             let index = |label: &str| Some(world.mdp_index(&cell(layout, label)?));
-            checks.extend(on_the_model(run, seed, &world.to_mdp(), index));
+            checks.extend(on_the_model(scenario, seed, &world.to_mdp(), index));
         }
         Ok(World::Listed(world, names)) => {
             let index = |label: &str| names.iter().position(|name| name == label);
-            checks.extend(on_the_model(run, seed, &world.to_mdp(), index));
+            checks.extend(on_the_model(scenario, seed, &world.to_mdp(), index));
         }
         Err(error) => checks.push(Check {
             name: "The optimal policy stays",
@@ -60,11 +63,8 @@ pub(super) fn cell(layout: &Layout, label: &str) -> Option<crate::env::layouts::
     layout.cell(row.parse().ok()?, col.parse().ok()?)
 }
 
-fn discounts_agree(run: &RecordedRun) -> Check {
-    let (agent, shaper) = (
-        run.scenario.agent.gamma,
-        pipeline_params(&run.scenario).gamma,
-    );
+fn discounts_agree(scenario: &Scenario) -> Check {
+    let (agent, shaper) = (scenario.agent.gamma, pipeline_params(scenario).gamma);
     Check {
         name: "γ of the shaping is γ of the learner",
         holds: Some(agent == shaper),
@@ -73,17 +73,17 @@ fn discounts_agree(run: &RecordedRun) -> Check {
 }
 
 /// Σ F over an episode must be −φ(s₀) if it terminated and γ = 1. φ(s₀) is known for the episodes after the last fit.
-fn telescopes(run: &RecordedRun, seed: &RecordedSeed) -> Check {
+fn telescopes(scenario: &Scenario, seed: &RecordedSeed) -> Check {
     let name = "Σ F = −φ(start) over a terminated episode: φ counts as 0 at its end";
     let unknown = |why: &str| Check {
         name,
         holds: None,
         detail: format!("not measured: {why}"),
     };
-    if run.scenario.agent.gamma != 1.0 {
+    if scenario.agent.gamma != 1.0 {
         return unknown("the discounted sum is not on record (γ < 1)");
     }
-    if run.scenario.exploration.kind == ExplorationKind::CountBonus {
+    if scenario.exploration.kind == ExplorationKind::CountBonus {
         return unknown("the bonus for novelty is part of the shaped return");
     }
     let fits = seed.refreshes.iter().filter(|row| row.fitted);
@@ -98,8 +98,7 @@ fn telescopes(run: &RecordedRun, seed: &RecordedSeed) -> Check {
     if count < 2 {
         return unknown("fewer than two episodes ended after the last fit");
     }
-    if matches!(run.scenario.world(seed.seed), Ok(World::Grid(world)) if world.params().random_start)
-    {
+    if matches!(scenario.world(seed.seed), Ok(World::Grid(world)) if world.params().random_start) {
         return unknown("episodes begin in different states");
     }
     let error = high - low;
@@ -114,7 +113,7 @@ fn telescopes(run: &RecordedRun, seed: &RecordedSeed) -> Check {
 
 /// Value iteration with and without φ.
 fn on_the_model(
-    run: &RecordedRun,
+    scenario: &Scenario,
     seed: &RecordedSeed,
     mdp: &TabularMdp,
     index: impl Fn(&str) -> Option<usize>,
@@ -131,7 +130,7 @@ fn on_the_model(
     }
     let places: Vec<Option<usize>> = seed.labels.iter().map(|label| index(label)).collect();
     let phi = potential_by_place(seed, &places, states);
-    let gamma = run.scenario.agent.gamma;
+    let gamma = scenario.agent.gamma;
     let Some(shaped) = shaped_model(mdp, &phi, gamma) else {
         let detail = "not computed: φ is not finite".to_owned();
         return vec![Check {

@@ -149,6 +149,11 @@ pub fn is_run(path: &Path) -> bool {
     FolderKind::Run.is_at(path)
 }
 
+/// Whether `path` holds a comparison, or began to.
+pub fn is_comparison(path: &Path) -> bool {
+    FolderKind::Comparison.is_at(path)
+}
+
 /// The present second in UTC, fit for a folder name.
 fn time_stamp() -> String {
     jiff::Timestamp::now()

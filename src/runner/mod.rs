@@ -29,10 +29,10 @@ mod trial;
 
 pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
-pub use compare::{CompareReport, CompareRequest, CompareWatch, Trial, compare};
+pub use compare::{CompareReport, CompareRequest, CompareWatch, Compared, Trial, compare};
 pub use error::RunnerError;
 pub use estimate::estimated_bytes;
-pub use folder::{Existing, FolderKind, RunFolder, is_run, seed_folder_name};
+pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
 pub use follow::{Follower, Moment};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
 pub use potential::{GraphPotential, potential_of_graph};
@@ -40,4 +40,4 @@ pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{Outlets, SeedOutcome, Watch, run_seed};
 pub use session::{RunReport, RunRequest, run};
 pub use snapshots::{Snapshot, Snapshots, read_snapshots};
-pub use trial::run_trial;
+pub use trial::{TrialOutcome, run_trial};

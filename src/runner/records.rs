@@ -189,6 +189,33 @@ pub fn write_matrix(path: &Path, matrix: MatRef<'_, f64>) -> Result<(), RunnerEr
     write_npy(path, &[rows, columns], entries).map_err(RunnerError::write(path))
 }
 
+/// Writes `states.csv`: the number of each state and the fields of its label, a place (two of them) or a name.
+pub fn write_labels(
+    folder: &Path,
+    labels: impl Iterator<Item = Vec<String>>,
+) -> Result<(), RunnerError> {
+    let path = folder.join("states.csv");
+    write_atomically(&path, |file| {
+        let mut table = csv::Writer::from_writer(file);
+        for (state, mut fields) in labels.enumerate() {
+            if state == 0 {
+                let places = ["state", "row", "col"];
+                let named = ["state", "name"];
+                let header = if fields.len() == 2 {
+                    &places[..]
+                } else {
+                    &named
+                };
+                table.write_record(header)?;
+            }
+            fields.insert(0, state.to_string());
+            table.write_record(fields)?;
+        }
+        table.flush()
+    })
+    .map_err(RunnerError::write(&path))
+}
+
 fn push(table: &mut Table, row: &impl Serialize) -> Result<(), RunnerError> {
     table
         .push(row)

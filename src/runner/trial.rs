@@ -1,42 +1,79 @@
 //! One arm, one seed: the loop without files, for comparisons.
 //!
 //! Nothing is written and nothing logged by the step, so that the long runs of weak arms go at the speed of the loop.
+//! One seed of each arm leaves, at its end, what its page needs to draw φ, the eigenvectors and the policy.
 
 use super::build::{build_engine, move_goals};
+use super::error::RunnerError;
+use super::graph_files::write_graph_files;
 use super::phases::{Phases, Worlds, Yardstick};
-use crate::engine::RefreshRecord;
+use super::records::write_labels;
+use super::snapshots::Snapshots;
+use crate::agent::AnyAgent;
+use crate::engine::{Engine, RefreshRecord};
 use crate::env::Model;
 use crate::error::Error;
-use crate::report::{Arrival, TrialResult, TrialTiming, final_mean_steps};
+use crate::graph::StateId;
+use crate::report::{Arrival, Course, TrialResult, TrialTiming, blocks, final_mean_steps};
 use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Episodes whose mean length must be near the optimum.
 const WINDOW: usize = 20;
 
-/// Runs every episode of a scenario with this seed; none if `stop` was set before the last one ended.
+/// Blocks of a [`Course`], about.
+const BLOCKS: usize = 120;
+
+/// What one seed came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialOutcome {
+    /// Its results.
+    pub result: TrialResult,
+    /// How it went.
+    pub course: Course,
+    /// What the clock said.
+    pub timing: TrialTiming,
+}
+
+/// Runs every episode of a scenario with this seed; none if `stop` was set before the last one ended. Snapshots, graph
+/// and policy are written into the folder `keep`, if there is one.
 ///
 /// # Errors
-/// If a part of the pipeline fails.
+/// If a part of the pipeline fails, or a file cannot be written.
 pub fn run_trial(
     scenario: &Scenario,
     seed: u64,
+    keep: Option<&Path>,
     stop: &AtomicBool,
-) -> Result<Option<(TrialResult, TrialTiming)>, Error> {
+) -> Result<Option<TrialOutcome>, Error> {
     match Worlds::of(scenario, seed) {
-        Worlds::Grid(worlds) => run_in(scenario, worlds, seed, stop),
-        Worlds::Listed(worlds, _) => run_in(scenario, worlds, seed, stop),
+        Worlds::Grid(worlds) => {
+            let layout = worlds.first.layout().clone();
+            run_in(scenario, worlds, seed, stop, keep, &|cell| {
+                let (row, col) = layout.position(*cell);
+                vec![row.to_string(), col.to_string()]
+            })
+        }
+        Worlds::Listed(worlds, names) => run_in(scenario, worlds, seed, stop, keep, &|state| {
+            vec![names[state.index()].clone()]
+        }),
     }
 }
+
+/// The fields of a state in `states.csv`: its row and column, or its name.
+type Label<'a, S> = &'a dyn Fn(&S) -> Vec<String>;
 
 fn run_in<E>(
     scenario: &Scenario,
     mut worlds: Phases<E>,
     seed: u64,
     stop: &AtomicBool,
-) -> Result<Option<(TrialResult, TrialTiming)>, Error>
+    keep: Option<&Path>,
+    label: Label<'_, E::State>,
+) -> Result<Option<TrialOutcome>, Error>
 where
     E: Model + Clone + Send + 'static,
     E::State: Send,
@@ -45,7 +82,8 @@ where
     let yardstick = worlds.yardstick();
     let mut engine = build_engine(scenario, worlds.first.clone(), seed);
     let begun = Instant::now();
-    let mut course = Course::new(yardstick, episodes);
+    let mut tally = Tally::new(yardstick, episodes);
+    let mut snapshots = keep.map(|_| Snapshots::default());
     let mut timing = TrialTiming::default();
     for episode in 0..episodes {
         if stop.load(Ordering::Relaxed) {
@@ -54,10 +92,18 @@ where
         if let Some(world) = worlds.take_moved(episode) {
             move_goals(scenario, &mut engine, world);
         }
-        let record = engine.run_episode(|refresh, _| course.count_refresh(refresh, &mut timing))?;
-        course.count_episode(record.length, record.plain_return, record.step);
+        let record = engine.run_episode(|refresh, pipeline| {
+            tally.count_refresh(refresh, &mut timing);
+            if let Some(snapshots) = &mut snapshots {
+                snapshots.refreshed(refresh.step, pipeline);
+            }
+        })?;
+        tally.count_episode(record.length, record.plain_return, record.step);
     }
     timing.finish(begun.elapsed().as_secs_f64(), engine.steps());
+    if let (Some(folder), Some(snapshots)) = (keep, snapshots) {
+        write_sights(folder, snapshots, &engine, label)?;
+    }
     let pipeline = engine.pipeline();
     let spurious_maxima = match scenario.shaping.potential {
         PotentialKind::None => None,
@@ -68,27 +114,48 @@ where
         seed,
         episodes,
         steps: engine.steps(),
-        regret: course.regret(),
+        regret: tally.regret(),
         optimal_steps: yardstick.last(episodes).expected_steps,
-        final_mean_steps: final_mean_steps(yardstick.since_move(&course.lengths)),
+        final_mean_steps: final_mean_steps(yardstick.since_move(&tally.lengths)),
         goals_moved_after: yardstick.moved_after(episodes),
         first_goal_step: engine.first_goal_step(),
-        within_1_5x: course.within_1_5x.arrival,
-        within_1_1x: course.within_1_1x.arrival,
+        within_1_5x: tally.within_1_5x.arrival,
+        within_1_1x: tally.within_1_1x.arrival,
         nodes: graph.num_states(),
         edges: graph.adjacency().num_edges(),
-        spectrum_refreshes: course.spectrum_refreshes,
-        gcn_fits: course.gcn_fits,
+        spectrum_refreshes: tally.spectrum_refreshes,
+        gcn_fits: tally.gcn_fits,
         spurious_maxima,
     };
-    Ok(Some((result, timing)))
+    let course = tally.course();
+    Ok(Some(TrialOutcome {
+        result,
+        course,
+        timing,
+    }))
+}
+
+/// What a page draws on the map.
+fn write_sights<E: Model>(
+    folder: &Path,
+    snapshots: Snapshots,
+    engine: &Engine<E, AnyAgent>,
+    label: Label<'_, E::State>,
+) -> Result<(), RunnerError> {
+    std::fs::create_dir_all(folder).map_err(RunnerError::write(folder))?;
+    let graph = engine.pipeline().graph();
+    let states = (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
+    write_labels(folder, states.map(|state| label(graph.state(state))))?;
+    snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
+    write_graph_files(folder, graph.transitions(), engine.agent())
 }
 
 /// The sums over episodes.
-struct Course {
+struct Tally {
     yardstick: Yardstick,
     lengths: Vec<u32>,
-    returns: f64,
+    /// Σ of returns up to each episode.
+    returns: Vec<f64>,
     /// Episodes before the goals moved to where they are at the end of the run, and the steps they took.
     before_last_goals: usize,
     moved_at: u64,
@@ -98,14 +165,14 @@ struct Course {
     gcn_fits: usize,
 }
 
-impl Course {
+impl Tally {
     /// Of a run of `episodes`.
     fn new(yardstick: Yardstick, episodes: usize) -> Self {
         let steps = yardstick.last(episodes).expected_steps;
         Self {
             yardstick,
             lengths: Vec::new(),
-            returns: 0.0,
+            returns: Vec::new(),
             before_last_goals: yardstick.moved_after(episodes).unwrap_or(0),
             moved_at: 0,
             within_1_5x: Approach::to(1.5 * steps),
@@ -126,7 +193,7 @@ impl Course {
     /// An episode of this length has ended after `step` steps of the run.
     fn count_episode(&mut self, length: u64, plain_return: f64, step: u64) {
         self.lengths.push(u32::try_from(length).unwrap_or(u32::MAX));
-        self.returns += plain_return;
+        self.returns.push(self.total() + plain_return);
         self.look(step);
     }
 
@@ -143,7 +210,24 @@ impl Course {
 
     /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.yardstick.expected_return(self.lengths.len()) - self.returns
+        self.yardstick.expected_return(self.lengths.len()) - self.total()
+    }
+
+    fn total(&self) -> f64 {
+        self.returns.last().copied().unwrap_or(0.0)
+    }
+
+    fn course(&self) -> Course {
+        let mut course = Course::default();
+        for block in blocks(self.lengths.len(), BLOCKS) {
+            let lengths = self.lengths[block.clone()].iter();
+            let steps: u64 = lengths.map(|&length| u64::from(length)).sum();
+            let best = self.yardstick.expected_return(block.end);
+            course.episodes.push(block.end);
+            course.length.push(steps as f64 / block.len() as f64);
+            course.regret.push(best - self.returns[block.end - 1]);
+        }
+        course
     }
 }
 
@@ -205,16 +289,27 @@ mod tests {
         let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
         let scenario = scenario.unwrap().scenario;
         let go_on = AtomicBool::new(false);
-        let (result, timing) = run_trial(&scenario, 5, &go_on).unwrap().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let outcome = run_trial(&scenario, 5, None, &go_on).unwrap().unwrap();
+        let TrialOutcome {
+            result,
+            course,
+            timing,
+        } = outcome;
+        assert_eq!(course.episodes.last(), Some(&40));
+        assert_eq!(course.regret.last(), Some(&result.regret));
+        assert_eq!(course.length.iter().sum::<f64>(), result.steps as f64);
         assert_eq!(result.optimal_steps, 6.0);
         // −1 a step, 0 for the one that enters the goal: regret is exactly the steps beyond the shortest path.
         assert_eq!(result.regret, result.steps as f64 - 40.0 * 6.0);
         assert_eq!(result.spurious_maxima, Some(0));
         assert!(result.first_goal_step.unwrap() >= 6);
         assert!(timing.wall_seconds >= timing.spectrum_seconds + timing.fit_seconds);
-        assert_eq!(run_trial(&scenario, 5, &go_on).unwrap().unwrap().0, result);
+        let kept = run_trial(&scenario, 5, Some(folder.path()), &go_on);
+        assert_eq!(kept.unwrap().unwrap().result, result);
+        assert!(folder.path().join("snapshots.json").is_file());
         let stop = AtomicBool::new(true);
-        assert!(run_trial(&scenario, 5, &stop).unwrap().is_none());
+        assert!(run_trial(&scenario, 5, None, &stop).unwrap().is_none());
     }
 
     #[test]
@@ -239,9 +334,9 @@ mod tests {
         let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\ngoals_move_after = 60\n[run]\nepisodes = 100\n";
         let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
         let scenario = scenario.unwrap().scenario;
-        let (result, _) = run_trial(&scenario, 5, &AtomicBool::new(false))
-            .unwrap()
-            .unwrap();
+        let go_on = AtomicBool::new(false);
+        let outcome = run_trial(&scenario, 5, None, &go_on).unwrap().unwrap();
+        let result = outcome.result;
         assert_eq!(result.goals_moved_after, Some(60));
         assert_eq!(result.optimal_steps, 4.0);
         assert_eq!(

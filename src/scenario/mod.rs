@@ -35,7 +35,7 @@ pub use document::Document;
 pub use env::{EnvKind, EnvParams, GoalSpec};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
 pub use place::{MaxSteps, MoveAfter, Place};
-pub use shipped::{Shipped, shipped};
+pub use shipped::{Shipped, report_scenarios, shipped};
 pub use template::template;
 pub use world::{MovedWorld, World};
 

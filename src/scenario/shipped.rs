@@ -18,10 +18,11 @@ impl Shipped {
 }
 
 macro_rules! files {
-    ($($name:literal),* $(,)?) => {
+    ($($name:literal),* $(,)?) => { files![in "": $($name),*] };
+    (in $folder:literal: $($name:literal),* $(,)?) => {
         &[$(Shipped {
             name: $name,
-            text: include_str!(concat!("../../scenarios/", $name, ".toml")),
+            text: include_str!(concat!("../../scenarios/", $folder, $name, ".toml")),
         }),*]
     };
 }
@@ -52,5 +53,19 @@ pub fn shipped() -> &'static [Shipped] {
         "open_100x100",
         "maze_201",
         "rooms_200x200",
+    ]
+}
+
+/// The scenarios of `scenarios/report/`, which the source report's figures 4 to 9 are made of.
+pub fn report_scenarios() -> &'static [Shipped] {
+    files![
+        in "report/":
+        "fig4_graph",
+        "fig5_reward",
+        "fig6_scale",
+        "fig7a_two_goals",
+        "fig7b_centre_goal",
+        "fig8_learning",
+        "fig9_linked_grids",
     ]
 }

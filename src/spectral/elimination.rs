@@ -12,7 +12,7 @@
 
 use super::Laplacian;
 use super::SymmetricOperator;
-use super::etree::{elimination_tree, postorder};
+use super::etree::{elimination_tree, postorder, renumbered};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
@@ -27,6 +27,8 @@ pub(super) struct EliminationOrder {
     pub(super) position: Vec<u32>,
     /// Ranges of positions, one per connected component.
     pub(super) components: Vec<Range<usize>>,
+    /// The elimination tree, by positions: a postorder.
+    pub(super) parent: Vec<u32>,
     /// Entries of the factor, estimated by the ordering.
     pub(super) fill: f64,
 }
@@ -45,7 +47,9 @@ impl EliminationOrder {
         let parent = elimination_tree(&upper.column_starts, &upper.rows);
         let (order, components) = postorder(&parent);
         let node: Vec<u32> = order.iter().map(|&i| node[i as usize]).collect();
+        let parent = renumbered(&parent, &order);
         Self {
+            parent,
             position: inverse(&node),
             node,
             components,

@@ -63,6 +63,19 @@ pub(super) fn postorder(parent: &[u32]) -> (Vec<u32>, Vec<Range<usize>>) {
     (order, trees)
 }
 
+/// The forest `parent` with its nodes numbered in `order`.
+pub(super) fn renumbered(parent: &[u32], order: &[u32]) -> Vec<u32> {
+    let mut position = vec![ROOT; parent.len()];
+    for (i, &node) in order.iter().enumerate() {
+        position[node as usize] = i as u32;
+    }
+    let above = |&node: &u32| match parent[node as usize] {
+        ROOT => ROOT,
+        p => position[p as usize],
+    };
+    order.iter().map(above).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

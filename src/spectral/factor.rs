@@ -1,28 +1,28 @@
-//! M = L + σI = C Cᵀ by sparse Cholesky, and the inertia of L − μI by sparse L D Lᵀ.
+//! M = L + σI = C Cᵀ by sparse Cholesky, and the inertia of L − μI by C S Cᵀ, S = diag(±1).
 //!
-//! faer finds the structure of the factor and its values. Sylvester's law of inertia: L − μI has as
-//! many negative pivots in D as L has eigenvalues below μ.
+//! The elimination tree is cut into pieces ([`super::pieces`]), each factored by fronts
+//! ([`super::frontal`]) and solved with ([`super::triangular`]) on its own, and a top that joins
+//! them: first all pieces, then the top; on the way back first the top. Pieces are what threads share.
+//!
+//! Sylvester's law of inertia: L − μI has as many negative pivots as L has eigenvalues below μ.
 
 use super::block::RowBlock;
-use super::permuted::{PermutedLaplacian, Triangle, TriangleMatrix};
+use super::elimination::EliminationOrder;
+use super::front::{BadPivot, Definiteness, Pivots};
+use super::frontal::{Columns, Remainder, Task, eliminate};
+use super::permuted::PermutedLaplacian;
+use super::pieces::{Piece, Pieces};
 use super::simd::for_each_panel;
-use super::triangular::{ColumnFactor, ColumnSolve, SupernodalFactor, SupernodalSolve};
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Par, Side};
+use super::triangular::{Backward, Forward};
+use rayon::prelude::*;
 
 /// A Cholesky factor of L + σI, or the pattern of one not yet computed.
 #[derive(Debug)]
 pub(super) struct CholeskyFactor {
-    symbolic: SymbolicCholesky<u32>,
+    structure: Pieces,
+    /// Those of each piece in turn, then those of the top.
     values: Vec<f64>,
-    triangle: TriangleMatrix,
+    threads: usize,
 }
 
 /// The matrix is not numerically positive definite.
@@ -33,29 +33,21 @@ pub(super) struct NotPositiveDefinite;
 #[derive(Debug, Default)]
 pub(super) struct FactorBuffers {
     values: Vec<f64>,
-    triangle: TriangleMatrix,
 }
 
 impl CholeskyFactor {
-    /// Structure of the factor of a matrix with the pattern of `laplacian`; `None` if the factor
-    /// does not fit in memory or in 32-bit indices.
-    pub(super) fn analyze(laplacian: &PermutedLaplacian, buffers: FactorBuffers) -> Option<Self> {
-        let FactorBuffers {
-            values,
-            mut triangle,
-        } = buffers;
-        laplacian.triangle(Triangle::Upper, 0.0, &mut triangle);
-        let symbolic = factorize_symbolic_cholesky(
-            triangle.pattern(),
-            Side::Upper,
-            SymmetricOrdering::Identity,
-            CholeskySymbolicParams::default(),
-        )
-        .ok()?;
+    /// Structure of the factor of a matrix with the pattern of `laplacian`, which is in `order`;
+    /// `None` if the factor does not fit in 32-bit indices.
+    pub(super) fn analyze(
+        laplacian: &PermutedLaplacian,
+        order: &EliminationOrder,
+        threads: usize,
+        buffers: FactorBuffers,
+    ) -> Option<Self> {
         Some(Self {
-            symbolic,
-            values,
-            triangle,
+            structure: Pieces::new(laplacian, &order.parent, threads)?,
+            values: buffers.values,
+            threads,
         })
     }
 
@@ -63,15 +55,6 @@ impl CholeskyFactor {
     pub(super) fn into_buffers(self) -> FactorBuffers {
         FactorBuffers {
             values: self.values,
-            triangle: self.triangle,
-        }
-    }
-
-    /// Which triangle the numerical factorisation of this structure reads without a copy.
-    fn side(&self) -> (Side, Triangle) {
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(_) => (Side::Upper, Triangle::Upper),
-            SymbolicCholeskyRaw::Supernodal(_) => (Side::Lower, Triangle::Lower),
         }
     }
 
@@ -81,115 +64,194 @@ impl CholeskyFactor {
         laplacian: &PermutedLaplacian,
         sigma: f64,
     ) -> Result<(), NotPositiveDefinite> {
-        let (side, which) = self.side();
-        laplacian.triangle(which, sigma, &mut self.triangle);
-        self.values.resize(self.symbolic.len_val(), 0.0);
-        let scratch = self
-            .symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(scratch);
-        self.symbolic
-            .factorize_numeric_llt(
-                &mut self.values,
-                self.triangle.as_faer(),
-                side,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Default::default(),
-            )
-            .map_err(|_| NotPositiveDefinite)?;
-        self.for_each_pivot(|pivot| *pivot = pivot.recip());
-        Ok(())
-    }
-
-    /// Eigenvalues of L below `mu`; `None` if a pivot vanished, which another `mu` avoids.
-    /// Overwrites the factor.
-    pub(super) fn count_below(&mut self, laplacian: &PermutedLaplacian, mu: f64) -> Option<usize> {
-        let (side, which) = self.side();
-        laplacian.triangle(which, -mu, &mut self.triangle);
-        self.values.resize(self.symbolic.len_val(), 0.0);
-        let scratch = self
-            .symbolic
-            .factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(scratch);
-        self.symbolic
-            .factorize_numeric_ldlt(
-                &mut self.values,
-                self.triangle.as_faer(),
-                side,
-                LdltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Default::default(),
-            )
-            .ok()?;
-        let (mut negative, mut sound) = (0, true);
-        self.for_each_pivot(|pivot| {
-            negative += usize::from(*pivot < 0.0);
-            sound &= pivot.is_finite() && *pivot != 0.0;
+        let length = self
+            .structure
+            .all()
+            .map(|p| p.supernodes.num_values())
+            .sum();
+        self.values.resize(length, 0.0);
+        let mut rest = &mut self.values[..];
+        let values = self.structure.all().map(|piece| {
+            let (own, after) =
+                std::mem::take(&mut rest).split_at_mut(piece.supernodes.num_values());
+            rest = after;
+            Columns::Kept(own)
         });
-        sound.then_some(negative)
+        let task = Task {
+            laplacian,
+            shift: sigma,
+            kind: Definiteness::Positive,
+            threads: self.threads,
+        };
+        let values = values.collect();
+        match run(task, &self.structure, values) {
+            Ok(_) => Ok(()),
+            Err(BadPivot) => Err(NotPositiveDefinite),
+        }
     }
 
-    /// Visits the diagonal of the factor.
-    fn for_each_pivot(&mut self, mut visit: impl FnMut(&mut f64)) {
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(factor) => {
-                for &start in &factor.col_ptr()[..factor.ncols()] {
-                    visit(&mut self.values[start as usize]);
-                }
-            }
-            SymbolicCholeskyRaw::Supernodal(factor) => {
-                for s in 0..factor.n_supernodes() {
-                    let size = (factor.supernode_end()[s] - factor.supernode_begin()[s]) as usize;
-                    let height = size + factor.nnz_per_super()[s] as usize;
-                    let start = factor.col_ptr_for_val()[s] as usize;
-                    for c in 0..size {
-                        visit(&mut self.values[start + c * height + c]);
-                    }
-                }
-            }
-        }
+    /// Eigenvalues of L below `mu`; `None` if a pivot vanished or the entries of C grew so large that
+    /// rounding errors may reach `mu`, which another `mu` avoids. Leaves the factor as it is.
+    pub(super) fn count_below(&self, laplacian: &PermutedLaplacian, mu: f64) -> Option<usize> {
+        let task = Task {
+            laplacian,
+            shift: -mu,
+            kind: Definiteness::Any,
+            threads: self.threads,
+        };
+        let nothing = self.structure.all().map(|_| Columns::Forgotten).collect();
+        let pivots = run(task, &self.structure, nothing).ok()?;
+        (f64::EPSILON * pivots.growth < mu.abs()).then_some(pivots.negative)
     }
 
     /// x ← (L + σI)⁻¹ x.
     pub(super) fn solve(&self, x: &mut RowBlock) {
         let width = x.width();
-        let x = x.as_mut_slice();
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(factor) => {
-                let factor = ColumnFactor {
-                    column_starts: factor.col_ptr(),
-                    rows: factor.row_idx(),
-                    values: &self.values,
-                };
-                for_each_panel(width, ColumnSolve { factor, x });
+        let mut top = RowBlock::zeros(self.structure.top.num_columns(), width);
+        for j in 0..top.rows() {
+            top.row_mut(j)
+                .copy_from_slice(x.row(self.structure.top.column(j)));
+        }
+        let mut shares = self.shares(x);
+        self.each(&mut shares, |share| share.forward(width));
+        for share in &shares {
+            for (k, &row) in share.piece.boundary().iter().enumerate() {
+                let target = top.row_mut(self.structure.top.local(row));
+                for (t, v) in target.iter_mut().zip(share.outside.row(k)) {
+                    *t += v;
+                }
             }
-            SymbolicCholeskyRaw::Supernodal(factor) => {
-                let factor = SupernodalFactor {
-                    begins: factor.supernode_begin(),
-                    ends: factor.supernode_end(),
-                    row_starts: factor.col_ptr_for_row_idx(),
-                    row_counts: factor.nnz_per_super(),
-                    rows: factor.row_idx(),
-                    value_starts: factor.col_ptr_for_val(),
-                    values: &self.values,
-                };
-                for_each_panel(width, SupernodalSolve { factor, x });
+        }
+        self.solve_top(&mut top);
+        for share in &mut shares {
+            for (k, &row) in share.piece.boundary().iter().enumerate() {
+                let source = top.row(self.structure.top.local(row));
+                share.outside.row_mut(k).copy_from_slice(source);
             }
+        }
+        self.each(&mut shares, |share| share.backward(width));
+        for j in 0..top.rows() {
+            x.row_mut(self.structure.top.column(j))
+                .copy_from_slice(top.row(j));
+        }
+    }
+
+    fn solve_top(&self, top: &mut RowBlock) {
+        let width = top.width();
+        let supernodes = &self.structure.top.supernodes;
+        let values = &self.values[self.values.len() - supernodes.num_values()..];
+        for_each_panel(
+            width,
+            Forward {
+                supernodes,
+                values,
+                own: top.as_mut_slice(),
+                outside: &mut [],
+            },
+        );
+        for_each_panel(
+            width,
+            Backward {
+                supernodes,
+                values,
+                own: top.as_mut_slice(),
+                outside: &[],
+            },
+        );
+    }
+
+    /// What each piece works on.
+    fn shares<'a>(&'a self, x: &'a mut RowBlock) -> Vec<Share<'a>> {
+        let width = x.width();
+        let mut rest = x.as_mut_slice();
+        let (mut values, mut position) = (&self.values[..], 0);
+        let mut shares = Vec::with_capacity(self.structure.pieces.len());
+        for piece in &self.structure.pieces {
+            let first = piece.column(0);
+            let skipped = &mut std::mem::take(&mut rest)[(first - position) * width..];
+            let (own, after) = skipped.split_at_mut(piece.num_columns() * width);
+            let (its, others) = values.split_at(piece.supernodes.num_values());
+            (rest, values) = (after, others);
+            position = first + piece.num_columns();
+            shares.push(Share {
+                piece,
+                values: its,
+                own,
+                outside: RowBlock::zeros(piece.boundary().len(), width),
+            });
+        }
+        shares
+    }
+
+    fn each(&self, shares: &mut [Share<'_>], work: impl Fn(&mut Share<'_>) + Sync + Send) {
+        if self.threads > 1 {
+            shares.par_iter_mut().with_max_len(1).for_each(work);
+        } else {
+            shares.iter_mut().for_each(work);
         }
     }
 }
 
-impl TriangleMatrix {
-    fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
-        let n = self.column_starts.len() - 1;
-        SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows)
+/// Eliminates all pieces, then the top.
+fn run(
+    task: Task<'_>,
+    structure: &Pieces,
+    mut columns: Vec<Columns<'_>>,
+) -> Result<Pivots, BadPivot> {
+    let for_top = columns.pop().expect("the last is the top's");
+    let alone = Task { threads: 1, ..task };
+    let work =
+        |(piece, columns): (&Piece, Columns<'_>)| eliminate(alone, piece, columns, (&[], &[]));
+    let jobs = structure.pieces.iter().zip(columns);
+    let remainders: Result<Vec<Remainder>, BadPivot> = if task.threads > 1 {
+        let jobs: Vec<_> = jobs.collect();
+        jobs.into_par_iter().with_max_len(1).map(work).collect()
+    } else {
+        jobs.map(work).collect()
+    };
+    let remainders = remainders?;
+    let top = eliminate(
+        task,
+        &structure.top,
+        for_top,
+        (&structure.incoming, &remainders),
+    )?;
+    Ok(remainders
+        .iter()
+        .fold(top.pivots, |all, r| all.join(r.pivots)))
+}
+
+/// A piece, its part of the factor and of a block.
+struct Share<'a> {
+    piece: &'a Piece,
+    values: &'a [f64],
+    own: &'a mut [f64],
+    outside: RowBlock,
+}
+
+impl Share<'_> {
+    fn forward(&mut self, width: usize) {
+        for_each_panel(
+            width,
+            Forward {
+                supernodes: &self.piece.supernodes,
+                values: self.values,
+                own: self.own,
+                outside: self.outside.as_mut_slice(),
+            },
+        );
     }
 
-    fn as_faer(&self) -> SparseColMatRef<'_, u32, f64> {
-        SparseColMatRef::new(self.pattern(), &self.values)
+    fn backward(&mut self, width: usize) {
+        for_each_panel(
+            width,
+            Backward {
+                supernodes: &self.piece.supernodes,
+                values: self.values,
+                own: self.own,
+                outside: self.outside.as_slice(),
+            },
+        );
     }
 }
 
@@ -197,34 +259,92 @@ impl TriangleMatrix {
 mod tests {
     use super::*;
     use crate::graph::Csr;
-    use crate::spectral::elimination::EliminationOrder;
     use crate::spectral::{Laplacian, LaplacianKind, testing};
 
-    fn permuted(graph: &Csr) -> PermutedLaplacian {
+    fn analyzed(graph: &Csr, threads: usize) -> (PermutedLaplacian, CholeskyFactor) {
         let laplacian = Laplacian::new(graph, LaplacianKind::Normalized).unwrap();
-        let mut permuted = PermutedLaplacian::default();
-        permuted.assign(&laplacian, &EliminationOrder::new(&laplacian, None));
-        permuted
+        let order = EliminationOrder::new(&laplacian, None);
+        let mut l = PermutedLaplacian::default();
+        l.assign(&laplacian, &order);
+        let factor = CholeskyFactor::analyze(&l, &order, threads, FactorBuffers::default());
+        (l, factor.unwrap())
+    }
+
+    fn right_hand_side(rows: usize, width: usize) -> RowBlock {
+        let mut b = RowBlock::zeros(rows, width);
+        for (i, v) in b.as_mut_slice().iter_mut().enumerate() {
+            *v = ((i * 7919) % 1000) as f64 / 500.0 - 1.0;
+        }
+        b
+    }
+
+    /// One piece or several, small fronts or large ones, with rows of the boundary or without.
+    fn graphs() -> Vec<Csr> {
+        let parts = [
+            testing::grid(50, 60),
+            testing::cycle(700),
+            testing::star(1500),
+        ];
+        vec![
+            testing::path(400),
+            testing::complete(150),
+            testing::complete(400),
+            testing::grid(100, 100),
+            testing::maze(100, 100, 0.05, 1),
+            testing::disjoint(&parts),
+        ]
     }
 
     #[test]
-    fn solving_undoes_multiplying_in_both_forms() {
-        for (graph, supernodal) in [(testing::path(400), false), (testing::complete(150), true)] {
-            let l = permuted(&graph);
-            let mut factor = CholeskyFactor::analyze(&l, FactorBuffers::default()).unwrap();
-            let form = matches!(factor.symbolic.raw(), SymbolicCholeskyRaw::Supernodal(_));
-            assert_eq!(form, supernodal, "the two graphs cover the two forms");
+    fn solving_undoes_multiplying() {
+        for graph in graphs() {
+            let (l, mut factor) = analyzed(&graph, 1);
             let sigma = 0.3;
             factor.factorize(&l, sigma).unwrap();
             for width in [8, 24, 56] {
-                let mut b = RowBlock::zeros(l.dim(), width);
-                for (i, v) in b.as_mut_slice().iter_mut().enumerate() {
-                    *v = ((i * 7919) % 1000) as f64 / 500.0 - 1.0;
-                }
+                let b = right_hand_side(l.dim(), width);
                 let mut x = b.clone();
                 factor.solve(&mut x);
                 let error = l.product_error(&x, sigma, &b);
-                assert!(error < 1e-12, "width {width}: {error}");
+                assert!(error < 1e-12, "{} nodes, width {width}: {error}", l.dim());
+            }
+        }
+    }
+
+    #[test]
+    fn factors_and_solutions_are_the_same_bits_at_any_thread_count() {
+        let mut graphs = graphs();
+        graphs.push(testing::complete(900));
+        for graph in graphs {
+            let run = |threads| {
+                let (l, mut factor) = analyzed(&graph, threads);
+                factor.factorize(&l, 1e-3).unwrap();
+                let mut x = right_hand_side(l.dim(), 8);
+                factor.solve(&mut x);
+                (factor.values, x.as_slice().to_vec())
+            };
+            let one = run(1);
+            for threads in [2, 4] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let several = pool.build().unwrap().install(|| run(threads));
+                assert!(one == several, "{} nodes, {threads} threads", graph.rows());
+            }
+        }
+    }
+
+    #[test]
+    fn inertia_agrees_with_the_dense_spectrum() {
+        for graph in [
+            testing::complete(300),
+            testing::grid(20, 30),
+            testing::random(500, 6.0, 1),
+        ] {
+            let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
+            let (values, _) = crate::spectral::dense::laplacian_eigen(&laplacian).unwrap();
+            let (l, factor) = analyzed(&graph, 1);
+            for mu in [-0.01, 1e-4, 0.03, 0.3, 0.7, 0.98, 1.3, 2.01] {
+                let expected = values.iter().filter(|&&v| v < mu).count();
+                assert_eq!(factor.count_below(&l, mu), Some(expected), "below {mu}");
             }
         }
     }
@@ -232,8 +352,7 @@ mod tests {
     #[test]
     fn inertia_counts_the_eigenvalues_of_a_path() {
         let n = 400;
-        let l = permuted(&testing::path(n));
-        let mut factor = CholeskyFactor::analyze(&l, FactorBuffers::default()).unwrap();
+        let (l, factor) = analyzed(&testing::path(n), 1);
         let value = |j: usize| 1.0 - (std::f64::consts::PI * j as f64 / (n - 1) as f64).cos();
         for j in [0, 1, 17, 200] {
             let mu = (value(j) + value(j + 1)) / 2.0;
@@ -245,8 +364,7 @@ mod tests {
 
     #[test]
     fn a_negative_shift_is_not_positive_definite() {
-        let l = permuted(&testing::grid(20, 20));
-        let mut factor = CholeskyFactor::analyze(&l, FactorBuffers::default()).unwrap();
+        let (l, mut factor) = analyzed(&testing::grid(20, 20), 1);
         assert_eq!(factor.factorize(&l, -0.5), Err(NotPositiveDefinite));
     }
 }

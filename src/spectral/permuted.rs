@@ -18,21 +18,6 @@ pub(super) struct PermutedLaplacian {
     diagonals: Vec<u32>,
 }
 
-/// Which triangle of a symmetric matrix, diagonal included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Triangle {
-    Lower,
-    Upper,
-}
-
-/// A triangle by columns, in the form sparse factorisations take.
-#[derive(Debug, Default)]
-pub(super) struct TriangleMatrix {
-    pub(super) column_starts: Vec<u32>,
-    pub(super) rows: Vec<u32>,
-    pub(super) values: Vec<f64>,
-}
-
 impl PermutedLaplacian {
     /// Writes `laplacian` out in `order`, reusing memory. Cost: O(n + nnz).
     ///
@@ -86,24 +71,17 @@ impl PermutedLaplacian {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
 
-    /// The chosen triangle of L + shift · I.
-    pub(super) fn triangle(&self, which: Triangle, shift: f64, out: &mut TriangleMatrix) {
-        out.column_starts.clear();
-        out.rows.clear();
-        out.values.clear();
-        out.column_starts.push(0);
-        for j in 0..self.dim() {
-            let diagonal = self.diagonals[j] as usize;
-            let range = match which {
-                Triangle::Upper => self.row(j).start..diagonal + 1,
-                Triangle::Lower => diagonal..self.row(j).end,
-            };
-            out.rows.extend_from_slice(&self.columns[range.clone()]);
-            out.values.extend_from_slice(&self.values[range.clone()]);
-            let at = out.values.len() - range.len() + (diagonal - range.start);
-            out.values[at] += shift;
-            out.column_starts.push(out.rows.len() as u32);
-        }
+    /// L_jj.
+    #[inline(always)]
+    pub(super) fn diagonal(&self, j: usize) -> f64 {
+        self.values[self.diagonals[j] as usize]
+    }
+
+    /// Rows and values of column j below the diagonal.
+    #[inline(always)]
+    pub(super) fn below(&self, j: usize) -> (&[u32], &[f64]) {
+        let range = self.diagonals[j] as usize + 1..self.row(j).end;
+        (&self.columns[range.clone()], &self.values[range])
     }
 
     /// sum + (L x)_i
@@ -246,7 +224,7 @@ mod tests {
     use faer::Mat;
 
     #[test]
-    fn triangles_and_residuals_agree_with_the_dense_matrix() {
+    fn columns_and_residuals_agree_with_the_dense_matrix() {
         let graph = testing::grid(6, 5);
         let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
         let order = EliminationOrder::new(&laplacian, None);
@@ -256,26 +234,18 @@ mod tests {
         let expected = |i: usize, j: usize| {
             dense[(order.node[i] as usize, order.node[j] as usize)] + if i == j { 0.5 } else { 0.0 }
         };
-        let mut triangle = TriangleMatrix::default();
-        for which in [Triangle::Lower, Triangle::Upper] {
-            permuted.triangle(which, 0.5, &mut triangle);
-            let mut rebuilt = Mat::<f64>::zeros(30, 30);
-            for j in 0..30 {
-                for at in triangle.column_starts[j] as usize..triangle.column_starts[j + 1] as usize
-                {
-                    let i = triangle.rows[at] as usize;
-                    assert!(if which == Triangle::Lower {
-                        i >= j
-                    } else {
-                        i <= j
-                    });
-                    rebuilt[(i, j)] = triangle.values[at];
-                    rebuilt[(j, i)] = triangle.values[at];
-                }
+        let mut rebuilt = Mat::<f64>::zeros(30, 30);
+        for j in 0..30 {
+            rebuilt[(j, j)] = permuted.diagonal(j) + 0.5;
+            let (rows, values) = permuted.below(j);
+            for (&i, &v) in rows.iter().zip(values) {
+                assert!(i as usize > j);
+                rebuilt[(i as usize, j)] = v;
+                rebuilt[(j, i as usize)] = v;
             }
-            let error = Mat::from_fn(30, 30, |i, j| rebuilt[(i, j)] - expected(i, j));
-            assert!(error.norm_max() < 1e-15);
         }
+        let error = Mat::from_fn(30, 30, |i, j| rebuilt[(i, j)] - expected(i, j));
+        assert!(error.norm_max() < 1e-15);
 
         let mut x = RowBlock::zeros(30, 8);
         for (i, v) in x.as_mut_slice().iter_mut().enumerate() {

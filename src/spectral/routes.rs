@@ -89,7 +89,7 @@ impl LowSpectrum {
         permuted.assign(problem.laplacian, problem.order);
         let buffers = std::mem::take(&mut self.workspace.factor);
         let factor = (problem.order.fill <= self.most_fill)
-            .then(|| CholeskyFactor::analyze(permuted, buffers))
+            .then(|| CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers))
             .flatten();
         match factor {
             Some(factor) => self.solve_with(problem, factor, warm, rng),

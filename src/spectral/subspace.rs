@@ -16,8 +16,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// The next filter's gain on λ_k, relative to the reduction that is missing. Residuals fall by five to
-/// ten times the gain, since most of what is wrong lies well beyond the cut.
+/// ten times the gain, since most of what is wrong lies well beyond the cut. Where that was too little
+/// the filter after it aims [`RAISE`] times higher, and so on.
 const MARGIN: f64 = 0.3;
+const RAISE: f64 = 8.0;
 
 /// Below this independence of the basis the final vectors are orthonormalised once more, so that they
 /// are orthonormal to about 1e-12.
@@ -130,7 +132,8 @@ pub(super) fn iterate(
             });
         }
         refill(op, x, &pairs.values, rng);
-        filter = next_filter(&pairs, goal.wanted, op.sigma);
+        let margin = MARGIN * RAISE.powi(rounds.min(4) as i32 - 1);
+        filter = next_filter(&pairs, goal.wanted, margin, op.sigma);
     }
     unreachable!("the loop over rounds has no end of its own")
 }
@@ -175,7 +178,7 @@ fn first_filter(plan: &Plan, sigma: f64) -> Filter {
 
 /// The filter for what is still missing. After a Rayleigh–Ritz step a mode is part of other columns
 /// only as far as its own column is off: by about residual ÷ gap.
-fn next_filter(pairs: &Pairs, wanted: usize, sigma: f64) -> Filter {
+fn next_filter(pairs: &Pairs, wanted: usize, margin: f64, sigma: f64) -> Filter {
     let cut = pairs.assessment.cut;
     let admixtures: Vec<(f64, f64)> = pairs
         .values
@@ -184,7 +187,7 @@ fn next_filter(pairs: &Pairs, wanted: usize, sigma: f64) -> Filter {
         .filter(|&(&theta, _)| theta < cut)
         .map(|(&theta, &r)| (theta, (r / (cut - theta)).max(LEAST_ADMIXTURE)))
         .collect();
-    let gain = MARGIN * pairs.assessment.excess;
+    let gain = margin * pairs.assessment.excess;
     Filter::with_gain((gain, pairs.values[wanted - 1]), &admixtures, cut, sigma)
 }
 

@@ -1,72 +1,76 @@
-//! L Lᵀ x = b for all columns of a block at once, with a sparse Cholesky factor.
+//! C Cᵀ x = b for all columns of a block at once, with one piece of a sparse Cholesky factor.
 //!
 //! Forward and backward substitution (Davis, *Direct Methods for Sparse Linear Systems*, 2006,
 //! section 3.2) read the factor once for all columns: each entry meets one row of the block, which
-//! is a few whole SIMD registers. The factor holds 1 / L_jj on its diagonal, so that nothing divides.
+//! is a few whole SIMD registers, and within a supernode several rows of the block stay in registers.
+//! The factor holds 1 / C_jj on its diagonal, so that nothing divides.
 //!
-//! Two forms, as the factorisation chose: column by column (*simplicial*: trees, mazes), or dense
-//! blocks of columns with a common pattern (*supernodal*: grids), where several rows of the block
-//! stay in registers.
+//! A piece has a block for its own rows and one for its boundary.
 
 use super::simd::{Panel, PanelKernel};
+use super::supernodes::{Shape, Supernodes};
 use pulp::Simd;
 
-/// A factor by columns; each column begins with its diagonal.
-#[derive(Clone, Copy)]
-pub(super) struct ColumnFactor<'a> {
-    pub(super) column_starts: &'a [u32],
-    pub(super) rows: &'a [u32],
+/// Rows or columns handled together: their sums fit in 32 registers with three per row.
+const TILE: usize = 4;
+
+/// own ← C₁⁻¹ own and outside ← outside − C₂ own, C₂ being the rows outside.
+pub(super) struct Forward<'a> {
+    pub(super) supernodes: &'a Supernodes,
     pub(super) values: &'a [f64],
+    pub(super) own: &'a mut [f64],
+    pub(super) outside: &'a mut [f64],
 }
 
-/// Overwrites a block b by the solution of L Lᵀ x = b.
-pub(super) struct ColumnSolve<'a> {
-    pub(super) factor: ColumnFactor<'a>,
-    pub(super) x: &'a mut [f64],
+/// own ← C₁⁻ᵀ (own − C₂ᵀ outside).
+pub(super) struct Backward<'a> {
+    pub(super) supernodes: &'a Supernodes,
+    pub(super) values: &'a [f64],
+    pub(super) own: &'a mut [f64],
+    pub(super) outside: &'a [f64],
 }
 
-impl<'a> ColumnFactor<'a> {
-    /// 1 / L_jj, and the rows and values below the diagonal of column j.
+impl PanelKernel for Forward<'_> {
     #[inline(always)]
-    fn column(&self, j: usize) -> (f64, &'a [u32], &'a [f64]) {
-        let (start, end) = (
-            self.column_starts[j] as usize,
-            self.column_starts[j + 1] as usize,
-        );
-        (
-            self.values[start],
-            &self.rows[start + 1..end],
-            &self.values[start + 1..end],
-        )
+    fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
+        let own = S::as_mut_simd_f64s(self.own).0;
+        let outside = S::as_mut_simd_f64s(self.outside).0;
+        let columns = self.supernodes.columns();
+        for s in 0..self.supernodes.len() {
+            let node = Node::new(self.supernodes.shape(s), self.values);
+            node.forward_triangle::<S, NV>(simd, panel, own);
+            let inside = node.rows_below(columns);
+            node.forward_rows::<S, NV>(simd, panel, own, None, 0..inside);
+            let beyond = inside..node.shape.rows.len();
+            node.forward_rows::<S, NV>(simd, panel, own, Some((&mut *outside, columns)), beyond);
+        }
     }
 }
 
-impl PanelKernel for ColumnSolve<'_> {
+impl PanelKernel for Backward<'_> {
     #[inline(always)]
     fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
-        let x = S::as_mut_simd_f64s(self.x).0;
-        let n = self.factor.column_starts.len() - 1;
-        for j in 0..n {
-            let (inverse, rows, values) = self.factor.column(j);
-            let inverse = simd.splat_f64s(inverse);
-            let xj: [_; NV] = panel.load(&*x, j);
-            let xj = scaled(simd, xj, inverse);
-            panel.store(x, j, xj);
-            for (&i, &l) in rows.iter().zip(values) {
-                let l = simd.splat_f64s(l);
-                let xi: [_; NV] = panel.load(&*x, i as usize);
-                panel.store(x, i as usize, subtract(simd, xi, l, xj));
+        let own = S::as_mut_simd_f64s(self.own).0;
+        let outside = S::as_simd_f64s(self.outside).0;
+        let columns = self.supernodes.columns();
+        for s in (0..self.supernodes.len()).rev() {
+            let node = Node::new(self.supernodes.shape(s), self.values);
+            let inside = node.rows_below(columns);
+            let tiled = node.shape.size - node.shape.size % TILE;
+            for c in (0..tiled).step_by(TILE) {
+                node.backward_columns::<S, NV, TILE>(
+                    simd,
+                    panel,
+                    own,
+                    outside,
+                    (inside, columns),
+                    c,
+                );
             }
-        }
-        for j in (0..n).rev() {
-            let (inverse, rows, values) = self.factor.column(j);
-            let mut sum: [_; NV] = panel.load(&*x, j);
-            for (&i, &l) in rows.iter().zip(values) {
-                let l = simd.splat_f64s(l);
-                sum = subtract(simd, sum, l, panel.load(&*x, i as usize));
+            for c in tiled..node.shape.size {
+                node.backward_columns::<S, NV, 1>(simd, panel, own, outside, (inside, columns), c);
             }
-            let inverse = simd.splat_f64s(inverse);
-            panel.store(x, j, scaled(simd, sum, inverse));
+            node.backward_triangle::<S, NV>(simd, panel, own);
         }
     }
 }
@@ -87,7 +91,7 @@ fn subtract<S: Simd, const NV: usize>(
 }
 
 /// s a. A loop, since a closure would not be compiled for the wide registers and be called once per
-/// register.
+/// register; so below, too.
 #[inline(always)]
 fn scaled<S: Simd, const NV: usize>(simd: S, a: [S::f64s; NV], s: S::f64s) -> [S::f64s; NV] {
     let mut out = a;
@@ -97,123 +101,157 @@ fn scaled<S: Simd, const NV: usize>(simd: S, a: [S::f64s; NV], s: S::f64s) -> [S
     out
 }
 
-/// A factor by supernodes.
-#[derive(Clone, Copy)]
-pub(super) struct SupernodalFactor<'a> {
-    /// First column of each supernode.
-    pub(super) begins: &'a [u32],
-    /// One past the last column of each.
-    pub(super) ends: &'a [u32],
-    /// Where each supernode's row pattern starts in `rows`.
-    pub(super) row_starts: &'a [u32],
-    /// Length of each pattern.
-    pub(super) row_counts: &'a [u32],
-    /// Rows below the dense triangle.
-    pub(super) rows: &'a [u32],
-    /// Where each supernode's values start.
-    pub(super) value_starts: &'a [u32],
-    /// Per supernode: dense triangle over dense rectangle, column-major.
-    pub(super) values: &'a [f64],
-}
-
-/// One supernode: columns `first..first + size`, dense triangle above `rows.len()` further rows.
-#[derive(Clone, Copy)]
-struct Supernode<'a> {
-    first: usize,
-    size: usize,
-    rows: &'a [u32],
+/// A supernode and its values.
+struct Node<'a> {
+    shape: Shape<'a>,
+    height: usize,
     values: &'a [f64],
 }
 
-impl<'a> SupernodalFactor<'a> {
+impl<'a> Node<'a> {
     #[inline(always)]
-    fn supernode(&self, s: usize) -> Supernode<'a> {
-        let first = self.begins[s] as usize;
-        let start = self.row_starts[s] as usize;
-        Supernode {
-            first,
-            size: self.ends[s] as usize - first,
-            rows: &self.rows[start..start + self.row_counts[s] as usize],
-            values: &self.values[self.value_starts[s] as usize..self.value_starts[s + 1] as usize],
+    fn new(shape: Shape<'a>, values: &'a [f64]) -> Self {
+        Self {
+            height: shape.height(),
+            values: &values[shape.values.clone()],
+            shape,
         }
     }
-}
 
-impl<'a> Supernode<'a> {
-    /// Column `c` from its diagonal down: 1 / L_cc, the rest of the triangle, the rectangle.
+    /// How many of its rows are among the first `columns`.
+    #[inline(always)]
+    fn rows_below(&self, columns: usize) -> usize {
+        match self.shape.rows.last() {
+            Some(&last) if last as usize >= columns => {
+                self.shape.rows.partition_point(|&r| (r as usize) < columns)
+            }
+            _ => self.shape.rows.len(),
+        }
+    }
+
+    /// Column `c` from its diagonal down: 1 / C_cc, the rest of the triangle, the rectangle.
     #[inline(always)]
     fn column(&self, c: usize) -> (f64, &'a [f64], &'a [f64]) {
-        let height = self.size + self.rows.len();
-        let column = &self.values[c * height..(c + 1) * height];
-        let (triangle, rectangle) = column.split_at(self.size);
+        let column = &self.values[c * self.height..(c + 1) * self.height];
+        let (triangle, rectangle) = column.split_at(self.shape.size);
         (triangle[c], &triangle[c + 1..], rectangle)
     }
 
-    /// The triangle's part of the forward substitution.
     #[inline(always)]
     fn forward_triangle<S: Simd, const NV: usize>(&self, simd: S, panel: Panel, x: &mut [S::f64s]) {
-        for c in 0..self.size {
+        let first = self.shape.first;
+        for c in 0..self.shape.size {
             let (inverse, below, _) = self.column(c);
             let inverse = simd.splat_f64s(inverse);
-            let xc: [_; NV] = panel.load(&*x, self.first + c);
+            let xc: [_; NV] = panel.load(&*x, first + c);
             let xc = scaled(simd, xc, inverse);
-            panel.store(x, self.first + c, xc);
+            panel.store(x, first + c, xc);
             for (i, &l) in below.iter().enumerate() {
-                let i = self.first + c + 1 + i;
+                let i = first + c + 1 + i;
                 let xi: [_; NV] = panel.load(&*x, i);
                 panel.store(x, i, subtract(simd, xi, simd.splat_f64s(l), xc));
             }
         }
     }
 
-    /// The rectangle's part of the forward substitution, for `R` pattern rows from `r` on.
+    /// The rectangle's part of the forward substitution for some of its rows, which are rows of `own`
+    /// or, counted from `columns` on, of a block `outside`.
     #[inline(always)]
-    fn forward_rows<S: Simd, const NV: usize, const R: usize>(
+    fn forward_rows<S: Simd, const NV: usize>(
         &self,
         simd: S,
         panel: Panel,
-        x: &mut [S::f64s],
+        own: &mut [S::f64s],
+        mut outside: Option<(&mut [S::f64s], usize)>,
+        rows: std::ops::Range<usize>,
+    ) {
+        let tiled = rows.end - rows.len() % TILE;
+        for r in (rows.start..tiled).step_by(TILE) {
+            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
+            self.forward_tile::<S, NV, TILE>(simd, panel, own, outside, r);
+        }
+        for r in tiled..rows.end {
+            let outside = outside.as_mut().map(|(x, columns)| (&mut **x, *columns));
+            self.forward_tile::<S, NV, 1>(simd, panel, own, outside, r);
+        }
+    }
+
+    #[inline(always)]
+    fn forward_tile<S: Simd, const NV: usize, const R: usize>(
+        &self,
+        simd: S,
+        panel: Panel,
+        own: &mut [S::f64s],
+        outside: Option<(&mut [S::f64s], usize)>,
         r: usize,
     ) {
-        let rows: &[u32; R] = self.rows[r..r + R].first_chunk().expect("R rows");
-        let mut sums: [[_; NV]; R] = rows.map(|i| panel.load(&*x, i as usize));
-        let height = self.size + self.rows.len();
-        for c in 0..self.size {
-            let at = c * height + self.size + r;
+        let rows: &[u32; R] = self.shape.rows[r..r + R].first_chunk().expect("R rows");
+        let mut sums = [[simd.splat_f64s(0.0); NV]; R];
+        for t in 0..R {
+            sums[t] = match &outside {
+                None => panel.load(&*own, rows[t] as usize),
+                Some((x, columns)) => panel.load(x, rows[t] as usize - columns),
+            };
+        }
+        for c in 0..self.shape.size {
+            let at = c * self.height + self.shape.size + r;
             let l: &[f64; R] = self.values[at..at + R].first_chunk().expect("R values");
-            let xc: [_; NV] = panel.load(&*x, self.first + c);
+            let xc: [_; NV] = panel.load(&*own, self.shape.first + c);
             for t in 0..R {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(l[t]), xc);
             }
         }
-        for t in 0..R {
-            panel.store(x, rows[t] as usize, sums[t]);
+        match outside {
+            None => {
+                for t in 0..R {
+                    panel.store(own, rows[t] as usize, sums[t]);
+                }
+            }
+            Some((x, columns)) => {
+                for t in 0..R {
+                    panel.store(x, rows[t] as usize - columns, sums[t]);
+                }
+            }
         }
     }
 
-    /// The rectangle's part of the backward substitution, for `C` columns from `c` on.
+    /// The rectangle's part of the backward substitution, for `C` columns from `c` on; of its rows
+    /// the first `inside` are in `own`, the others, counted from `columns` on, in `outside`.
     #[inline(always)]
     fn backward_columns<S: Simd, const NV: usize, const C: usize>(
         &self,
         simd: S,
         panel: Panel,
-        x: &mut [S::f64s],
+        own: &mut [S::f64s],
+        outside: &[S::f64s],
+        (inside, columns): (usize, usize),
         c: usize,
     ) {
-        let mut sums: [[_; NV]; C] = std::array::from_fn(|t| panel.load(&*x, self.first + c + t));
-        let columns: [&[f64]; C] = std::array::from_fn(|t| self.column(c + t).2);
-        for (r, &i) in self.rows.iter().enumerate() {
-            let xi: [_; NV] = panel.load(&*x, i as usize);
+        let first = self.shape.first + c;
+        let mut sums = [[simd.splat_f64s(0.0); NV]; C];
+        let mut rectangle: [&[f64]; C] = [&[]; C];
+        for t in 0..C {
+            sums[t] = panel.load(&*own, first + t);
+            rectangle[t] = self.column(c + t).2;
+        }
+        let (near, far) = self.shape.rows.split_at(inside);
+        for (r, &i) in near.iter().enumerate() {
+            let xi: [_; NV] = panel.load(&*own, i as usize);
             for t in 0..C {
-                sums[t] = subtract(simd, sums[t], simd.splat_f64s(columns[t][r]), xi);
+                sums[t] = subtract(simd, sums[t], simd.splat_f64s(rectangle[t][r]), xi);
+            }
+        }
+        for (r, &i) in far.iter().enumerate() {
+            let xi: [_; NV] = panel.load(outside, i as usize - columns);
+            for t in 0..C {
+                sums[t] = subtract(simd, sums[t], simd.splat_f64s(rectangle[t][inside + r]), xi);
             }
         }
         for (t, sum) in sums.into_iter().enumerate() {
-            panel.store(x, self.first + c + t, sum);
+            panel.store(own, first + t, sum);
         }
     }
 
-    /// The triangle's part of the backward substitution.
     #[inline(always)]
     fn backward_triangle<S: Simd, const NV: usize>(
         &self,
@@ -221,54 +259,16 @@ impl<'a> Supernode<'a> {
         panel: Panel,
         x: &mut [S::f64s],
     ) {
-        for c in (0..self.size).rev() {
+        let first = self.shape.first;
+        for c in (0..self.shape.size).rev() {
             let (inverse, below, _) = self.column(c);
-            let mut sum: [_; NV] = panel.load(&*x, self.first + c);
+            let mut sum: [_; NV] = panel.load(&*x, first + c);
             for (i, &l) in below.iter().enumerate() {
-                let xi = panel.load(&*x, self.first + c + 1 + i);
+                let xi = panel.load(&*x, first + c + 1 + i);
                 sum = subtract(simd, sum, simd.splat_f64s(l), xi);
             }
             let inverse = simd.splat_f64s(inverse);
-            panel.store(x, self.first + c, scaled(simd, sum, inverse));
-        }
-    }
-}
-
-/// Overwrites a block b by the solution of L Lᵀ x = b.
-pub(super) struct SupernodalSolve<'a> {
-    pub(super) factor: SupernodalFactor<'a>,
-    pub(super) x: &'a mut [f64],
-}
-
-/// Rows or columns handled together: their sums fit in 32 registers with three per row.
-const TILE: usize = 4;
-
-impl PanelKernel for SupernodalSolve<'_> {
-    #[inline(always)]
-    fn run<S: Simd, const NV: usize>(&mut self, simd: S, panel: Panel) {
-        let x = S::as_mut_simd_f64s(self.x).0;
-        let supernodes = self.factor.begins.len();
-        for s in 0..supernodes {
-            let node = self.factor.supernode(s);
-            node.forward_triangle::<S, NV>(simd, panel, x);
-            let tiled = node.rows.len() - node.rows.len() % TILE;
-            for r in (0..tiled).step_by(TILE) {
-                node.forward_rows::<S, NV, TILE>(simd, panel, x, r);
-            }
-            for r in tiled..node.rows.len() {
-                node.forward_rows::<S, NV, 1>(simd, panel, x, r);
-            }
-        }
-        for s in (0..supernodes).rev() {
-            let node = self.factor.supernode(s);
-            let tiled = node.size - node.size % TILE;
-            for c in (0..tiled).step_by(TILE) {
-                node.backward_columns::<S, NV, TILE>(simd, panel, x, c);
-            }
-            for c in tiled..node.size {
-                node.backward_columns::<S, NV, 1>(simd, panel, x, c);
-            }
-            node.backward_triangle::<S, NV>(simd, panel, x);
+            panel.store(x, first + c, scaled(simd, sum, inverse));
         }
     }
 }

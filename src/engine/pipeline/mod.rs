@@ -138,7 +138,8 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     /// Takes in one step from the present state and returns what it was worth.
     ///
     /// O(1) among known states, plus the refreshes that the schedule asks for. Without them, and with no state or
-    /// transition that is new, it allocates nothing.
+    /// transition that is new, it allocates nothing; but where moves slip, the frontier exploration looks over all
+    /// transitions each time that the steps have grown by a sixteenth.
     ///
     /// # Errors
     /// If the reward is not finite, and then nothing has changed; or if the spectrum or the potential cannot be computed.

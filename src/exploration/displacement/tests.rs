@@ -31,17 +31,37 @@ impl Walk {
 
     fn step(&mut self, world: &World, from: usize, action: Action) -> usize {
         let to = world.moves[from][action.index()];
+        self.arrive(from, action, to);
+        to
+    }
+
+    fn arrive(&mut self, from: usize, action: Action, to: usize) {
         let from = self.id(from).expect("the walk has been there");
-        let target = self.id(to).unwrap_or_else(|| {
+        let known = self.id(to);
+        let target = known.unwrap_or_else(|| {
             self.names.push(to);
             self.graph.add_state()
         });
-        let first_time = self.graph.tries(from, action) == 0;
-        self.graph.record(from, action, -1.0, target, false);
-        if first_time {
+        let untried = self.graph.tries(from, action) == 0;
+        let new_edge = self.graph.record(from, action, -1.0, target, false);
+        if untried || new_edge || known.is_none() {
             self.learnt.learn(&self.graph, from, action, target);
         }
-        to
+        self.learnt.count_step(&self.graph);
+    }
+
+    /// The same where three moves in ten slip.
+    fn slither(world: &World, start: usize, steps: usize, seed: u64) -> Self {
+        let mut walk = Self::begin(world, start);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut here = start;
+        for _ in 0..steps {
+            let action = rng.random_range(0..world.num_actions());
+            let to = world.slipped(here, action, rng.random());
+            walk.arrive(here, Action(action as u16), to);
+            here = to;
+        }
+        walk
     }
 
     fn wander(world: &World, start: usize, steps: usize, seed: u64) -> Self {
@@ -160,6 +180,83 @@ fn with_very_many_actions_nothing_is_learnt() {
         walk.learnt.predict(&walk.graph, StateId(3), Action(2)),
         Prediction::Unknown
     );
+}
+
+#[test]
+fn on_ice_inverses_positions_and_slips_are_learnt_all_the_same() {
+    let world = World::grid(7, 7, |_, _| false);
+    for seed in 0..5 {
+        let mut walk = Walk::slither(&world, 24, 4000, seed);
+        let slips = walk.learnt.slips().expect("actions do the same everywhere");
+        for action in 0..4 {
+            let share = |turn| slips.share(Action(action), Action((action + turn) % 4));
+            for (turn, expected) in [(0, 0.7), (1, 0.15), (2, 0.0), (3, 0.15)] {
+                let error: f64 = share(turn) - expected;
+                assert!(error.abs() < 0.08, "seed {seed}: {action} {turn} {error}");
+            }
+        }
+        let goal = walk.id(0).expect("4000 steps go everywhere");
+        for (cell, action) in (0..49).flat_map(|cell| (0..4).map(move |action| (cell, action))) {
+            let from = walk.id(cell).expect("4000 steps go everywhere");
+            let next = world.moves[cell][action];
+            let action = Action(action as u16);
+            let towards = walk.learnt.neighbor_towards(&walk.graph, from, action);
+            assert_eq!(
+                towards,
+                walk.id(next).filter(|_| next != cell),
+                "seed {seed}"
+            );
+            if next != cell {
+                let bound = walk.learnt.lower_bound(from, action, goal);
+                assert_eq!(bound as usize, next / 7 + next % 7, "seed {seed}");
+            }
+        }
+    }
+}
+
+/// Positions wrap, headings turn: in neither world is an action the same displacement everywhere.
+#[test]
+fn on_ice_nothing_is_pooled_where_actions_are_no_displacements() {
+    for seed in 0..5 {
+        let walk = Walk::slither(&World::turtle(4), 0, 3000, seed);
+        assert_eq!(walk.learnt.slips(), None, "turtle, seed {seed}");
+        let walk = Walk::slither(&World::torus(4, 4), 0, 3000, seed);
+        assert_eq!(walk.learnt.slips(), None, "torus, seed {seed}");
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut anywhere = World::grid(5, 5, |_, _| false);
+        for next in anywhere.moves.iter_mut().flatten() {
+            *next = rng.random_range(0..25);
+        }
+        let walk = Walk::slither(&anywhere, 0, 3000, seed);
+        assert_eq!(walk.learnt.slips(), None, "random moves, seed {seed}");
+    }
+}
+
+#[test]
+fn on_ice_a_one_way_door_is_no_way_back() {
+    // Down through the middle of the wall between rows 1 and 2, never up.
+    let world = World::grid(4, 5, |cell, direction| {
+        (cell / 5 == 1 && direction == 2 && cell % 5 != 2) || (cell / 5 == 2 && direction == 0)
+    });
+    let mut walk = Walk::slither(&world, 0, 2, 0);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut here = *walk.names.last().expect("begun");
+    for step in 0..6000 {
+        if step % 200 == 0 {
+            here = 0;
+        }
+        let action = rng.random_range(0..4);
+        let to = world.slipped(here, action, rng.random());
+        walk.arrive(here, Action(action as u16), to);
+        here = to;
+    }
+    let [above, below] = [7, 12].map(|cell| walk.id(cell).expect("30 episodes go everywhere"));
+    let mut towards = |from, action| {
+        walk.learnt
+            .neighbor_towards(&walk.graph, from, Action(action))
+    };
+    assert_eq!(towards(above, 2), Some(below));
+    assert_eq!(towards(below, 0), None);
 }
 
 proptest! {

@@ -19,6 +19,8 @@ pub(super) struct Follower {
     pub potential: PotentialTable,
     /// The world's names of the states, in order of discovery.
     pub names: Vec<usize>,
+    /// Three moves in ten go astray.
+    pub on_ice: bool,
     pub rng: ChaCha8Rng,
 }
 
@@ -39,6 +41,7 @@ impl Follower {
             graph,
             potential: PotentialTable::new(),
             names: vec![0],
+            on_ice: false,
             rng,
         }
     }
@@ -79,7 +82,12 @@ impl Follower {
     }
 
     pub(super) fn step(&mut self, from: StateId, action: Action) -> StateId {
-        let name = self.world.moves[self.names[from.index()]][action.index()];
+        let draw = match self.on_ice {
+            true => self.rng.random(),
+            false => 1.0,
+        };
+        let here = self.names[from.index()];
+        let name = self.world.slipped(here, action.index(), draw);
         let known = self.names.iter().position(|&n| n == name);
         let to = match known {
             Some(place) => StateId(place as u32),
@@ -88,9 +96,10 @@ impl Follower {
                 self.graph.add_state()
             }
         };
-        let first_time = self.graph.tries(from, action) == 0;
+        let untried = self.graph.tries(from, action) == 0;
         let terminal = self.goal(to).is_some();
-        self.graph.record(from, action, -1.0, to, terminal);
+        let new_edge = self.graph.record(from, action, -1.0, to, terminal);
+        let first_time = untried || new_edge || known.is_none();
         self.explorer
             .learn(&self.graph, from, action, to, terminal, first_time);
         to

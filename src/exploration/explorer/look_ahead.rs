@@ -6,9 +6,12 @@ use crate::exploration::displacement::Prediction;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
 
+/// κ: what was seen anywhere weighs as much as so many tries here.
+const POOLED_TRIES: f64 = 32.0;
+
 impl Explorer {
-    /// The expected rise of the potential along each action whose outcome is known.
-    pub(super) fn advise_potential(
+    /// Advice of `advise` once a goal is known and nothing is left to try.
+    pub(super) fn advise_climb(
         &mut self,
         graph: &TransitionGraph,
         state: StateId,
@@ -16,8 +19,56 @@ impl Explorer {
         unit: f64,
         advice: &mut [f64],
     ) {
-        let here = potential.value(state);
         let weight = self.params.potential_advice / unit;
+        if self.displacements.slips().is_some() {
+            self.advise_pooled(graph, state, potential, weight, advice);
+        } else {
+            self.advise_potential(graph, state, potential, weight, advice);
+        }
+        self.advise_untried(graph, state, advice);
+    }
+
+    /// Where actions slip alike in all states: the expected rise with P̂ between what was seen here and
+    /// what was seen anywhere, P̂ = (N(s, a, s′) + κ p(s′ − s | a)) / (N(s, a) + κ).
+    fn advise_pooled(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        for towards in (0..advice.len() as u16).map(Action) {
+            let next = self.displacements.neighbor_towards(graph, state, towards);
+            let Some((next, slips)) = next.zip(self.displacements.slips()) else {
+                continue;
+            };
+            let rise = potential.value(next) - here;
+            for (a, logit) in advice.iter_mut().enumerate() {
+                *logit += POOLED_TRIES * slips.share(Action(a as u16), towards) * rise;
+            }
+        }
+        for outcome in graph.outcomes(state) {
+            let rise = potential.value(outcome.next) - here;
+            advice[outcome.action.index()] += f64::from(outcome.count) * rise;
+        }
+        for (a, logit) in advice.iter_mut().enumerate() {
+            let tries = f64::from(graph.tries(state, Action(a as u16)));
+            *logit *= weight / (tries + POOLED_TRIES);
+        }
+    }
+
+    /// The expected rise of the potential along each action whose outcome is known.
+    fn advise_potential(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
         for (i, logit) in advice.iter_mut().enumerate() {
             let action = Action(i as u16);
             if graph.tries(state, action) == 0
@@ -35,7 +86,6 @@ impl Explorer {
         if self.stochastic {
             self.add_doubt(graph, state, potential, weight, advice);
         }
-        self.advise_untried(graph, state, advice);
     }
 
     /// Where no known action leads uphill, the way up must be one that was never tried.

@@ -9,6 +9,13 @@ use crate::exploration::stale::StaleStates;
 use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 
+/// Beyond this many tries an action has shown what it can do: a slip of 0.3 hides a door with probability 0.3^16.
+pub(super) const MAX_TRIES_WANTED: u32 = 16;
+/// Up to these `tries_wanted` the map is believed.
+const MAPPED_ROUNDS: u32 = 4;
+/// A wall is believed when an open way would have gone unnoticed with this probability, to the power of `tries_wanted`.
+const DOUBT: f64 = 0.2;
+
 /// What the search looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quest {
@@ -48,6 +55,54 @@ impl QuestView<'_> {
         self.graph.adjacency().neighbors(state.0).len() >= self.graph.num_actions()
     }
 
+    /// Whether to go by what actions do elsewhere. Not any more if that leaves nothing to try and there must be something.
+    fn has_map(&self) -> bool {
+        self.tries_wanted <= MAPPED_ROUNDS && self.displacements.slips().is_some()
+    }
+
+    /// Whether trying `action` in `state` again is no use.
+    fn is_tried(&mut self, state: StateId, action: Action) -> bool {
+        let tries = self.graph.tries(state, action);
+        if self.has_map() {
+            tries >= MAX_TRIES_WANTED || self.is_open(state, action) || self.is_wall(state, action)
+        } else {
+            tries >= self.tries_wanted || (tries > 0 && self.is_complete(state))
+        }
+    }
+
+    fn is_open(&mut self, state: StateId, action: Action) -> bool {
+        let next = self
+            .displacements
+            .neighbor_towards(self.graph, state, action);
+        next.is_some()
+    }
+
+    /// Where actions slip: whether `action` went nowhere so often that it cannot be for want of luck. A try of an open
+    /// way comes to nothing only if it slips into a wall, with the chance q of the sides where no way is known.
+    fn is_wall(&mut self, state: StateId, action: Action) -> bool {
+        let outcomes = self.graph.outcomes(state);
+        let bumps: u32 = outcomes
+            .filter(|outcome| outcome.action == action && outcome.next == state)
+            .map(|outcome| outcome.count)
+            .sum();
+        if bumps == 0 {
+            return false;
+        }
+        let sides = (0..self.num_actions() as u16).map(Action);
+        let chance = |view: &mut Self, side| match view.is_open(state, side) {
+            true => 0.0,
+            false => view
+                .displacements
+                .slips()
+                .map_or(0.0, |slips| slips.share(action, side)),
+        };
+        let q: f64 = sides
+            .filter(|&side| side != action)
+            .map(|side| chance(self, side))
+            .sum();
+        q.powf(f64::from(bumps)) <= DOUBT.powf(f64::from(self.tries_wanted))
+    }
+
     /// Whether `action` is known to lead from `state` to one that was not entered since the goal was lost.
     fn leads_to_stale(&mut self, state: StateId, action: Action) -> bool {
         !self.stale.is_empty()
@@ -80,12 +135,30 @@ impl FrontierView for QuestView<'_> {
     }
 
     fn successor(&mut self, state: StateId, action: Action) -> Option<StateId> {
+        if self.has_map() {
+            let next = self
+                .displacements
+                .neighbor_towards(self.graph, state, action);
+            return next.filter(|_| !self.is_terminal(state));
+        }
         self.graph.likely_successor(state, action).or_else(|| {
             match self.displacements.predict(self.graph, state, action) {
                 Prediction::Undo(next) if !self.is_terminal(state) => Some(next),
                 _ => None,
             }
         })
+    }
+
+    /// Before the first goal: new places before known ones, and places among known ones before those in the open, so that
+    /// no holes are left behind.
+    fn preference(&mut self, state: StateId, action: Action) -> u32 {
+        if self.quest != Quest::FirstGoal {
+            return 0;
+        }
+        match self.displacements.predict(self.graph, state, action) {
+            Prediction::Known(_) => 0,
+            _ => 1 + self.displacements.known_sides(state, action),
+        }
     }
 
     fn interest(&mut self, state: StateId, action: Action) -> Interest {
@@ -95,8 +168,7 @@ impl FrontierView for QuestView<'_> {
         if self.leads_to_stale(state, action) {
             return Interest::Promising;
         }
-        let tries = self.graph.tries(state, action);
-        if tries >= self.tries_wanted || (tries > 0 && self.is_complete(state)) {
+        if self.is_tried(state, action) {
             return Interest::None;
         }
         let prediction = self.displacements.predict(self.graph, state, action);

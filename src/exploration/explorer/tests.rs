@@ -69,6 +69,37 @@ proptest! {
     }
 }
 
+/// Two halls, a door at each end of the wall between them; then with doors that open one way only.
+#[test]
+fn on_ice_every_state_is_found_and_episodes_become_short() {
+    let hall = |one_way: bool| {
+        World::grid(9, 9, move |cell, direction| {
+            let (row, col) = (cell / 9, cell % 9);
+            let door = row == 1 || row == 7;
+            (col == 4 && direction == 1 && !door)
+                || (col == 5 && direction == 3 && (!door || (one_way && row == 1)))
+        })
+    };
+    for seed in 0..6 {
+        let mut follower =
+            Follower::new(hall(seed % 2 == 0), &[(80, 0)], Optimism::SeenGoals, seed);
+        follower.on_ice = true;
+        let lengths: Vec<_> = (0..80).map(|_| follower.episode(4000)).collect();
+        let late = lengths[60..].iter().flatten();
+        let mean = late.sum::<usize>() as f64 / 20.0;
+        // 16 steps, each worth 1/0.7, and a few at doors and walls.
+        assert!(mean < 30.0, "seed {seed}: {mean}, {lengths:?}");
+        assert!(
+            follower.explorer.displacements.slips().is_some(),
+            "seed {seed}"
+        );
+        let mut follower = Follower::new(hall(seed % 2 == 0), &[], Optimism::SeenGoals, seed);
+        follower.on_ice = true;
+        follower.episode(4000);
+        assert_eq!(follower.names.len(), 81, "seed {seed}");
+    }
+}
+
 #[test]
 fn where_goals_pay_the_search_goes_on_beyond_the_nearest() {
     let seen = |goals_pay: bool, seed: u64| {

@@ -53,17 +53,17 @@ impl Drawing {
         self.text(left - 56.0, top - 14.0, Anchor::Start, "h", y_title);
     }
 
-    /// A curve over x = 1, 2, 3 …, thinned to a point for each pixel or so, with its band and its name at the end.
-    pub(super) fn band(&mut self, chart: &LogChart, band: &Band, class: &str, name: &str) {
+    /// A curve over x = 1, 2, 3 …, thinned to a point for each pixel or so, with its band. Returns where it ends.
+    pub(super) fn band(&mut self, chart: &LogChart, band: &Band, class: &str) -> (f64, f64) {
         let mut last = f64::NEG_INFINITY;
-        let shown: Vec<usize> = (0..band.mean.len())
+        let shown: Vec<usize> = (0..band.middle.len())
             .filter(|&i| {
                 let (x, _) = chart.place((i + 1) as f64, 1.0);
                 let apart = x - last >= 1.5;
                 if apart {
                     last = x;
                 }
-                apart || i + 1 == band.mean.len()
+                apart || i + 1 == band.middle.len()
             })
             .collect();
         let points = |values: &[f64]| -> Vec<(f64, f64)> {
@@ -76,16 +76,10 @@ impl Drawing {
             upper.into_iter().chain(lower.into_iter().rev()),
             &format!("{class}b"),
         );
-        let mean = points(&band.mean);
+        let mean = points(&band.middle);
         let end = mean.last().copied().unwrap_or_default();
         self.path(mean.into_iter(), class);
-        self.text(
-            end.0 + 8.0,
-            end.1 + 4.5,
-            Anchor::Start,
-            &format!("{class}t"),
-            name,
-        );
+        end
     }
 }
 

@@ -17,7 +17,8 @@ pub(super) struct Frame {
 }
 
 impl Drawing {
-    /// Draws the map into `frame`, coloured by `value` from `range.0` to `range.1`; cells without one stay pale.
+    /// Draws the map into `frame`, coloured by `value` from `range.0` to `range.1`; cells without one stay
+    /// pale, but for the start and the goals.
     pub(super) fn heat_map(
         &mut self,
         layout: &Layout,
@@ -36,6 +37,10 @@ impl Drawing {
             let (x, y) = corner(cell);
             let look = match (layout.tile(cell), value(cell)) {
                 (Tile::Wall, _) => r#"class="wall""#.to_owned(),
+                (_, None) if layout.start == Some(cell) => r#"class="start""#.to_owned(),
+                (_, None) if layout.goals.iter().any(|goal| goal.cell == cell) => {
+                    r#"class="goal""#.to_owned()
+                }
                 (_, None) => r#"class="unseen""#.to_owned(),
                 (_, Some(v)) => {
                     let share = (v - range.0) / (range.1 - range.0).max(f64::MIN_POSITIVE);

@@ -1,9 +1,14 @@
 //! Figures as SVG, readable on light and on dark ground.
 
+mod counterparts;
 mod curves;
 mod heat_map;
+mod index;
 mod overview;
+mod panel;
 
+pub use counterparts::{Figure, ReportRuns, counterparts};
+pub use index::figures_page;
 pub use overview::overview;
 
 use std::fmt::Write;
@@ -73,9 +78,10 @@ const STYLE: &str = "
 text{font:13px system-ui,-apple-system,'Segoe UI',Helvetica,Arial,sans-serif;fill:#59636e}
 .h{font-size:15px;font-weight:600;fill:#1f2328}.on{font-weight:700;fill:#fff;stroke:#000;stroke-width:2.5px;paint-order:stroke}
 .grid{stroke:#d1d9e0}.axis{stroke:#818b98}.wall{fill:#8c959f}.unseen{fill:#eaeef2}
+.edge{stroke:#818b98;stroke-width:2}.state{fill:#e6eaef;stroke:#818b98}.start{fill:#0072b2}.goal{fill:#d55e00}.in{fill:#1f2328;font-weight:600}.start+.in,.goal+.in{fill:#fff}
 .a{fill:none;stroke:#0072b2;stroke-width:2.5}.b{fill:none;stroke:#d55e00;stroke-width:2.5}
 .ab{fill:#0072b2;fill-opacity:.2}.bb{fill:#d55e00;fill-opacity:.2}.at{fill:#0072b2;font-weight:600}.bt{fill:#d55e00;font-weight:600}
-@media(prefers-color-scheme:dark){text{fill:#9198a1}.h{fill:#f0f6fc}.on{fill:#fff}.grid{stroke:#30363d}.axis{stroke:#656c76}
+@media(prefers-color-scheme:dark){.state{fill:#30363d;stroke:#656c76}.in{fill:#f0f6fc}text{fill:#9198a1}.h{fill:#f0f6fc}.on{fill:#fff}.grid{stroke:#30363d}.axis{stroke:#656c76}
 .wall{fill:#59616b}.unseen{fill:#1c2128}.a{stroke:#56b4e9}.ab{fill:#56b4e9}.at{fill:#56b4e9}.b{stroke:#f0803c}.bb{fill:#f0803c}.bt{fill:#f0803c}}
 ";
 

@@ -121,7 +121,11 @@ fn range(values: &[f32]) -> (f64, f64) {
 
 fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun) {
     let bands = [shaped, sparse].map(regret);
-    let episodes = bands.iter().map(|band| band.mean.len()).max().unwrap_or(1);
+    let episodes = bands
+        .iter()
+        .map(|band| band.middle.len())
+        .max()
+        .unwrap_or(1);
     let highest = bands.iter().flat_map(|band| &band.high);
     let highest = highest.copied().fold(10.0, f64::max);
     let chart = LogChart {
@@ -138,8 +142,11 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
     let title =
         format!("Regret: reward lost against the best policy (mean of {seeds} seeds{band})");
     drawing.log_axes(&chart, "episode", &title);
-    drawing.band(&chart, &bands[1], "b", "without shaping");
-    drawing.band(&chart, &bands[0], "a", "eigentrail");
+    for (band, class, name) in [(1, "b", "without shaping"), (0, "a", "eigentrail")] {
+        let (x, y) = drawing.band(&chart, &bands[band], class);
+        let class = format!("{class}t");
+        drawing.text(x + 8.0, y + 4.5, Anchor::Start, &class, name);
+    }
 }
 
 fn regret(run: &RecordedRun) -> Band {
@@ -150,6 +157,6 @@ fn regret(run: &RecordedRun) -> Band {
 }
 
 fn regret_at_end(run: &RecordedRun) -> String {
-    let last = regret(run).mean.last().copied().unwrap_or(0.0);
+    let last = regret(run).middle.last().copied().unwrap_or(0.0);
     grouped(last.max(0.0).round() as u64)
 }

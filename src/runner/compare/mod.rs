@@ -6,8 +6,10 @@
 //!   scenario.toml   the scenario as it was given
 //!   arms/gcn/       resolved.toml, and seed-1000.json as soon as that seed has ended
 //!   tuning/…        the same for the step sizes tried for the sparse arm
+//!   arms/gcn/seed-1000/   graph, policy and snapshots of the first seed
 //!   compare.json    the numbers; what a clock said stands in `timing`
 //!   compare.csv     a row for each arm and seed, without a clock;  timings.csv  the same with one
+//!   report.html     all of it to look at
 //! ```
 //!
 //! A trial that has ended is never run again in the same folder, as long as its arm's resolved scenario is the same:
@@ -18,6 +20,7 @@ mod tables;
 mod trials;
 mod tuning;
 
+pub use tables::Compared;
 pub use trials::Trial;
 
 use super::error::RunnerError;

@@ -6,21 +6,21 @@ use crate::report::{Comparison, TrialResult, TrialTiming};
 use crate::runner::error::RunnerError;
 use crate::runner::files::{write_csv, write_json, write_text};
 use crate::scenario::{Arm, BASELINE};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 impl Field<'_> {
     /// Writes what is compared.
     pub(super) fn begin(&self, arms: &[Arm]) -> Result<(), RunnerError> {
         let path = self.folder.join("arms.json");
-        let about = About {
-            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")),
-            scenario: &self.loaded.scenario.name,
-            arguments: &self.request.arguments,
-            seeds: &self.request.seeds,
+        let about = Compared {
+            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scenario: self.loaded.scenario.name.clone(),
+            arguments: self.request.arguments.clone(),
+            seeds: self.request.seeds.clone(),
             tuned: self.request.tuned,
             arms: arms
                 .iter()
-                .map(|arm| (arm.name.as_str(), arm.settings.as_slice()))
+                .map(|arm| (arm.name.clone(), arm.settings.clone()))
                 .collect(),
             started: jiff::Timestamp::now().to_string(),
         };
@@ -53,16 +53,23 @@ impl Field<'_> {
     }
 }
 
-/// `arms.json`
-#[derive(Serialize)]
-struct About<'a> {
-    program: &'a str,
-    scenario: &'a str,
-    arguments: &'a [String],
-    seeds: &'a [u64],
-    tuned: bool,
-    arms: std::collections::BTreeMap<&'a str, &'a [String]>,
-    started: String,
+/// `arms.json`: what is compared, and who asked for it when.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compared {
+    /// Program and version.
+    pub program: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The command line.
+    pub arguments: Vec<String>,
+    /// Master seeds.
+    pub seeds: Vec<u64>,
+    /// Whether the sparse arm was tuned for the world.
+    pub tuned: bool,
+    /// Settings of each arm.
+    pub arms: std::collections::BTreeMap<String, Vec<String>>,
+    /// When it began.
+    pub started: String,
 }
 
 /// A row of `compare.csv`.

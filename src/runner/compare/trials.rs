@@ -2,12 +2,12 @@
 
 use super::Field;
 use crate::error::Error;
-use crate::report::{TrialResult, TrialTiming};
+use crate::report::{Course, TrialResult, TrialTiming};
 use crate::runner::crew::do_all;
 use crate::runner::error::RunnerError;
 use crate::runner::files::{write_json, write_text};
 use crate::runner::folder::seed_folder_name;
-use crate::runner::trial::run_trial;
+use crate::runner::trial::{TrialOutcome, run_trial};
 use crate::scenario::Arm;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,6 +19,8 @@ pub struct Trial {
     pub hash: String,
     /// What came of it.
     pub result: TrialResult,
+    /// How it went.
+    pub course: Course,
     /// What the clock said.
     pub timing: TrialTiming,
 }
@@ -65,12 +67,21 @@ impl Field<'_> {
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
         }
-        let Some((result, timing)) = run_trial(&arm.scenario, seed, self.watch.stop)? else {
+        let first = seed == self.request.seeds[0];
+        let keep = first.then(|| folder.join(seed_folder_name(seed)));
+        let outcome = run_trial(&arm.scenario, seed, keep.as_deref(), self.watch.stop)?;
+        let Some(TrialOutcome {
+            result,
+            course,
+            timing,
+        }) = outcome
+        else {
             return Ok(None);
         };
         let trial = Trial {
             hash: hash.to_owned(),
             result,
+            course,
             timing,
         };
         write_json(&path, &trial).map_err(RunnerError::write(&path))?;

@@ -1,0 +1,59 @@
+//! `eigentrail figures --all`: the source report's figures 4 to 9, from runs made for the purpose.
+
+use super::figures::{SPARSE, run};
+use super::{Ending, print};
+use anyhow::{Context, Result};
+use eigentrail::error::Error;
+use eigentrail::report::{RecordedRun, ReportRuns, counterparts, figures_page};
+use eigentrail::runner::Watch;
+use eigentrail::scenario::{Scenario, report_scenarios};
+use std::fs;
+use std::path::Path;
+
+/// Runs every file of `scenarios/report/`, `seeds` times where learners are compared, and writes pictures and page.
+pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>) -> Result<Ending> {
+    let folder = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    let mut go = |name: &str, more: &[&str], seeds| -> Result<RecordedRun> {
+        let file = report_scenarios().iter().find(|file| file.name == name);
+        let file = file.expect("every figure has its scenario");
+        let path = Path::new("scenarios/report")
+            .join(name)
+            .with_extension("toml");
+        let sets: Vec<String> = sets
+            .iter()
+            .cloned()
+            .chain(more.iter().map(|&set| set.to_owned()))
+            .collect();
+        let loaded = Scenario::parse(&path, file.text.to_owned(), &sets).map_err(Error::from)?;
+        let into = folder.path().join(format!("{name}-{}", more.len()));
+        run(&loaded, seeds, &into, watch)
+    };
+    let runs = ReportRuns {
+        graph: go("fig4_graph", &[], 1)?,
+        reward: go("fig5_reward", &[], 1)?,
+        scale: go("fig6_scale", &[], 1)?,
+        two_goals: go("fig7a_two_goals", &[], 1)?,
+        centre_goal: go("fig7b_centre_goal", &[], 1)?,
+        learning: [
+            go("fig8_learning", &[], seeds)?,
+            go("fig8_learning", &SPARSE, seeds)?,
+        ],
+        linked: [
+            go("fig9_linked_grids", &[], seeds)?,
+            go("fig9_linked_grids", &SPARSE, seeds)?,
+        ],
+    };
+    let figures = counterparts(&runs);
+    fs::create_dir_all(out).with_context(|| format!("{}: cannot make it", out.display()))?;
+    for figure in &figures {
+        write(&out.join(format!("fig{}.svg", figure.number)), &figure.svg)?;
+    }
+    let index = out.join("index.html");
+    write(&index, &figures_page(&figures))?;
+    print(&format!("written to {}", index.display()))?;
+    Ok(Ending::Done)
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
+}

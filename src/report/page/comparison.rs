@@ -1,0 +1,158 @@
+//! A comparison as a page: interquartile means over seeds with bootstrap intervals.
+
+use super::PROGRAM;
+use super::data::{Arm, PageData, Phases, Versus, command, short_band};
+use super::sights::Sights;
+use crate::report::band::Band;
+use crate::report::comparison::{ArmSummary, ArmTiming, Course};
+use crate::report::comparison_table::{dash, iqm, moments, ratio};
+use crate::report::recorded_comparison::{RecordedArm, RecordedComparison};
+use crate::report::terminal::grouped;
+use crate::report::validity::validity;
+use crate::scenario::{BASELINE, World};
+
+/// The page about a comparison.
+pub(super) fn of_comparison(recorded: &RecordedComparison) -> PageData {
+    let summaries = recorded.numbers.arms.iter().zip(&recorded.numbers.timing);
+    let arms: Vec<Arm> = (recorded.arms.iter().zip(summaries))
+        .map(|(arm, (summary, timing))| of_arm(recorded, arm, summary, timing))
+        .collect();
+    let mut notes = vec![
+        "Curves show blocks of episodes; maps show the first seed at up to 40 moments.".to_owned(),
+    ];
+    if let Some(after) = recorded.numbers.goals_moved_after {
+        notes.push(format!(
+            "The goals moved after {after} episodes: maps, approaches and last episodes are of those since."
+        ));
+    }
+    if !arms.iter().any(|arm| arm.name == BASELINE) {
+        let regret = iqm(&recorded.numbers.sparse_regret);
+        notes.push(format!(
+            "The {BASELINE} arm was run for the ratios: regret {regret}."
+        ));
+    }
+    notes.extend(arms.iter().filter_map(|arm| arm.sights.as_ref()?.note()));
+    notes.dedup();
+    PageData {
+        title: recorded.numbers.scenario.clone(),
+        program: PROGRAM,
+        headline: headline(recorded),
+        notes,
+        statistic: "interquartile mean, 95 % bootstrap interval over seeds",
+        arms,
+    }
+}
+
+fn of_arm(
+    recorded: &RecordedComparison,
+    arm: &RecordedArm,
+    summary: &ArmSummary,
+    timing: &ArmTiming,
+) -> Arm {
+    let time = &timing.median;
+    let last = recorded.numbers.episodes.saturating_sub(1);
+    let layout = match arm.scenario.world_in(recorded.numbers.seeds[0], last) {
+        Ok(World::Grid(world)) => Some(world.layout().clone()),
+        _ => None,
+    };
+    let sights = arm
+        .first
+        .as_ref()
+        .map(|seed| Sights::new(seed, layout.as_ref()));
+    let courses: Vec<&Course> = arm.trials.iter().map(|trial| &trial.course).collect();
+    let points = courses.iter().map(|course| course.episodes.len()).min();
+    let points = points.unwrap_or(0);
+    let band = |curve: fn(&Course) -> &[f64]| {
+        let value = |seed: usize, i: usize| curve(courses[seed])[i];
+        short_band(Band::robust(courses.len(), points, value))
+    };
+    Arm {
+        name: arm.name.clone(),
+        command: command(&recorded.about.arguments),
+        resolved: arm.resolved.clone(),
+        seeds: recorded.numbers.seeds.clone(),
+        facts: facts(recorded, summary, timing),
+        episodes: courses
+            .first()
+            .map_or(Vec::new(), |c| c.episodes[..points].to_vec()),
+        length: band(|course| &course.length),
+        regret: band(|course| &course.regret),
+        plain: None,
+        shaped: None,
+        versus: Some(Versus {
+            ratio: summary.ratio_to_sparse,
+            improvement: summary.probability_of_improvement,
+        }),
+        phases: Some(Phases {
+            spectrum: time.spectrum_seconds,
+            fit: time.fit_seconds,
+            rest: time.rest_seconds,
+        }),
+        checks: (arm.first.as_ref()).map_or(Vec::new(), |seed| validity(&arm.scenario, seed)),
+        sights,
+        solver: Vec::new(),
+    }
+}
+
+/// The arm with the least regret, in a sentence.
+fn headline(recorded: &RecordedComparison) -> String {
+    let numbers = &recorded.numbers;
+    let others = numbers.arms.iter().filter(|arm| arm.name != BASELINE);
+    let best = others.min_by(|a, b| a.regret.iqm.total_cmp(&b.regret.iqm));
+    let tail = format!(
+        "{} seeds of {} episodes.",
+        numbers.seeds.len(),
+        grouped(numbers.episodes as u64)
+    );
+    match best {
+        Some(best) => format!(
+            "{} has {} of the regret of {BASELINE}, and less in {:.0} % of pairs of runs. {tail}",
+            best.name,
+            ratio(&best.ratio_to_sparse),
+            100.0 * best.probability_of_improvement.value
+        ),
+        None => tail,
+    }
+}
+
+fn facts(
+    recorded: &RecordedComparison,
+    arm: &ArmSummary,
+    timing: &ArmTiming,
+) -> Vec<(&'static str, String)> {
+    let chance = &arm.probability_of_improvement;
+    let mut facts = vec![
+        ("regret (reward)", iqm(&arm.regret)),
+        ("regret ÷ sparse, median", ratio(&arm.ratio_to_sparse)),
+    ];
+    if recorded.numbers.tuning.is_some() {
+        let tuned = arm.ratio_to_tuned_sparse.as_ref();
+        facts.push(("regret ÷ tuned sparse", tuned.map_or_else(dash, ratio)));
+    }
+    facts.extend([
+        (
+            "chance of less regret than sparse",
+            format!(
+                "{:.2} [{:.2}, {:.2}]",
+                chance.value, chance.low, chance.high
+            ),
+        ),
+        ("first goal (step)", moments(&arm.first_goal_step)),
+        ("steps to 1.5 × optimum", moments(&arm.steps_to_1_5x)),
+        ("steps to 1.1 × optimum", moments(&arm.steps_to_1_1x)),
+        ("last episodes ÷ optimum", format!("{:.2}", arm.final_ratio)),
+        (
+            "false maxima of φ",
+            arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),
+        ),
+        (
+            "milliseconds a run",
+            format!("{:.0}", timing.median.wall_seconds * 1e3),
+        ),
+        (
+            "microseconds a step",
+            format!("{:.2}", 1e6 / timing.median.steps_per_second),
+        ),
+    ]);
+    facts
+}

@@ -1,0 +1,159 @@
+//! Runs as the arms of a page: means over seeds with Student's intervals.
+
+use super::data::{Arm, Effort, PageData, Phases, command, short_band, tenths, with_interval};
+use super::sights::{Sights, short};
+use super::{MAX_POINTS, PROGRAM};
+use crate::report::band::{Band, interval};
+use crate::report::blocks::blocks;
+use crate::report::recorded::{EpisodeRow, RecordedRun, RecordedSeed};
+use crate::report::terminal::grouped;
+use crate::report::validity::validity;
+use crate::scenario::World;
+use std::ops::Range;
+
+/// The page about `runs`.
+///
+/// # Panics
+/// If there are no runs.
+pub(super) fn of_runs(runs: &[RecordedRun]) -> PageData {
+    let arms: Vec<Arm> = runs.iter().map(arm).collect();
+    let mut notes = vec![
+        "Maps show at most 40 moments and curves blocks of episodes; the run folder has everything."
+            .to_owned(),
+    ];
+    let more = arms.iter().filter_map(|arm| arm.sights.as_ref()?.note());
+    notes.extend(more);
+    notes.dedup();
+    PageData {
+        title: runs[0].scenario.name.clone(),
+        program: PROGRAM,
+        headline: runs.iter().map(headline).collect::<Vec<_>>().join(" "),
+        notes,
+        statistic: "mean, 95 % interval over seeds",
+        arms,
+    }
+}
+
+fn arm(run: &RecordedRun) -> Arm {
+    let seed = &run.seeds[0];
+    let last = seed.episodes.len().saturating_sub(1);
+    let layout = match run.scenario.world_in(seed.seed, last) {
+        Ok(World::Grid(world)) => Some(world.layout().clone()),
+        _ => None,
+    };
+    let common = run.seeds.iter().map(|seed| seed.episodes.len()).min();
+    let blocks = blocks(common.unwrap_or(0), MAX_POINTS);
+    let mean = |value: fn(&EpisodeRow) -> f64| band(run, &blocks, value);
+    Arm {
+        name: run.name.clone(),
+        command: command(&run.arguments),
+        resolved: run.resolved.clone(),
+        seeds: run.seeds.iter().map(|seed| seed.seed).collect(),
+        facts: facts(run),
+        length: mean(|row| row.length as f64),
+        // The regret of a block is that at its end.
+        regret: short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
+            run.seeds[seed].episodes[blocks[i].end - 1].regret
+        })),
+        plain: Some(mean(|row| row.plain_return)),
+        shaped: Some(mean(|row| row.shaped_return)),
+        episodes: blocks.into_iter().map(|block| block.end).collect(),
+        versus: None,
+        phases: phases(run),
+        checks: validity(&run.scenario, seed),
+        sights: Some(Sights::new(seed, layout.as_ref())),
+        solver: efforts(seed),
+    }
+}
+
+/// Means over the episodes of each block.
+fn band(run: &RecordedRun, blocks: &[Range<usize>], value: fn(&EpisodeRow) -> f64) -> Band {
+    short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
+        let rows = &run.seeds[seed].episodes[blocks[i].clone()];
+        rows.iter().map(value).sum::<f64>() / rows.len() as f64
+    }))
+}
+
+/// What came of a run, in a sentence.
+fn headline(run: &RecordedRun) -> String {
+    let last = |value: fn(&crate::report::SeedResult) -> f64| {
+        let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
+        interval(&values).0
+    };
+    let found = run.summary.seeds.iter().filter_map(|s| s.first_goal_step);
+    let goal = match found.min() {
+        Some(step) => format!("first at the goal after {} steps", grouped(step)),
+        None => "never at the goal".to_owned(),
+    };
+    format!(
+        "{}: {goal}; at the end {} steps an episode, {} are optimal.",
+        run.name,
+        tenths(last(|s| s.final_mean_steps)),
+        tenths(last(|s| s.optimal_steps)),
+    )
+}
+
+fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
+    let over = |value: fn(&crate::report::SeedResult) -> f64| {
+        let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
+        with_interval(interval(&values))
+    };
+    let seconds: Vec<f64> = run
+        .summary
+        .timing
+        .seeds
+        .iter()
+        .map(|t| t.wall_seconds)
+        .collect();
+    let found = (run.summary.seeds.iter()).filter(|s| s.first_goal_step.is_some());
+    let mut facts = vec![
+        ("seeds", run.seeds.len().to_string()),
+        ("episodes", over(|s| s.episodes as f64)),
+        ("steps", over(|s| s.steps as f64)),
+        ("regret (reward)", over(|s| s.regret)),
+        ("steps of the last episodes", over(|s| s.final_mean_steps)),
+        ("optimal steps", over(|s| s.optimal_steps)),
+        ("seeds that found the goal", found.count().to_string()),
+        ("states discovered", over(|s| s.nodes as f64)),
+        ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
+        ("fits", over(|s| s.gcn_fits as f64)),
+    ];
+    if let Some(after) = run.summary.seeds.iter().find_map(|s| s.goals_moved_after) {
+        let note = format!("after {after} episodes; map, optimal and last episodes: since then");
+        facts.insert(2, ("goals moved", note));
+    }
+    if !seconds.is_empty() {
+        let (mean, ..) = interval(&seconds);
+        facts.push(("seconds", format!("{mean:.2}")));
+    }
+    facts
+}
+
+/// Means over seeds of where the time went; nothing if the clock's file is gone.
+fn phases(run: &RecordedRun) -> Option<Phases> {
+    let mean = |part: fn(&RecordedSeed) -> Option<f64>| {
+        let values: Option<Vec<f64>> = run.seeds.iter().map(part).collect();
+        Some(interval(&values?).0)
+    };
+    let spectrum = mean(|seed| Some(seed.seconds?.spectrum))?;
+    let fit = mean(|seed| Some(seed.seconds?.fit))?;
+    let whole = mean(|seed| Some(seed.seconds?.episodes))?;
+    Some(Phases {
+        spectrum,
+        fit,
+        rest: (whole - spectrum - fit).max(0.0),
+    })
+}
+
+fn efforts(seed: &RecordedSeed) -> Vec<Effort> {
+    let stride = seed.refreshes.len().div_ceil(MAX_POINTS).max(1);
+    (seed.refreshes.iter().step_by(stride))
+        .map(|row| Effort {
+            step: row.step,
+            applications: row.applications,
+            solves: row.solves,
+            residual: row.max_relative_residual.map(short),
+            loss: row.loss.map(short),
+        })
+        .collect()
+}
