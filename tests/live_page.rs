@@ -76,7 +76,7 @@ fn a_browser_follows_a_run_through() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    let (mut run, address) = serve(folder.path(), &["--set", "run.episodes=20000"]);
+    let (mut run, address) = serve(folder.path(), &["--set", "run.episodes=200000"]);
     let mut chromium = Command::new(browser)
         .args(["--headless=new", "--no-sandbox", "--disable-gpu"])
         .args(["--no-first-run", "--disable-background-networking"])

@@ -60,7 +60,7 @@
 use super::behaviour::Behaviour;
 use super::checks::{AgentError, check, check_gamma, check_rate};
 use super::features::LinearFeatures;
-use super::greedy::{action, first_best};
+use super::greedy::{action, advised, first_best};
 use super::params::{Bootstrap, UpdateRule};
 use super::policy::{clamp, sample, softmax};
 use super::{Agent, Experience, Situation, UpdateInfo};
@@ -364,9 +364,10 @@ impl<F: LinearFeatures> Agent for ActorCritic<F> {
         self.here().stale = true;
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
         let weights = self.known(&self.actor, state)?;
         let mut buffer = vec![0.0; self.buffer.len()];
-        first_best(self.features.values(weights, state, &mut buffer))
+        let preferences = self.features.values(weights, state, &mut buffer);
+        first_best(&advised(preferences, advice))
     }
 }

@@ -112,7 +112,7 @@ impl Agent for AnyAgent {
         each!(self, agent => agent.set_features(features));
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
-        each!(self, agent => agent.greedy_action(state))
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
+        each!(self, agent => agent.greedy_action(state, advice))
     }
 }

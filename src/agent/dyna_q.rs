@@ -5,7 +5,7 @@
 //! date: if max_b Q(s, b) moved by Δ, a pair that leads to s with probability P̂ waits with priority γ P̂ |Δ|.
 
 use super::checks::{AgentError, check_action_values, check_positive, check_rate};
-use super::greedy::{action, choose, first_best};
+use super::greedy::{action, advised, choose, first_best};
 use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
 use super::table::ActionTable;
@@ -152,7 +152,8 @@ impl Agent for DynaQ {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
-        self.values.get_row(state).and_then(first_best)
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
+        let values = self.values.get_row(state)?;
+        first_best(&advised(values, advice))
     }
 }

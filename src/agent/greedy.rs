@@ -69,6 +69,19 @@ pub(crate) fn expectation(values: &[f64], advice: &[f64], epsilon: f64) -> f64 {
     (1.0 - epsilon) * of_best / ties.max(1) as f64 + epsilon * of_all / values.len() as f64
 }
 
+/// values + advice.
+///
+/// # Panics
+/// If they differ in length.
+pub(crate) fn advised(values: &[f64], advice: &[f64]) -> Vec<f64> {
+    assert_eq!(
+        values.len(),
+        advice.len(),
+        "one number of advice per action"
+    );
+    values.iter().zip(advice).map(|(v, a)| v + a).collect()
+}
+
 /// The first of the largest values.
 pub(crate) fn first_best(values: &[f64]) -> Option<Action> {
     let (best, ties) = values

@@ -129,9 +129,12 @@ pub trait Agent {
     /// Linear features of every known state, n × k, after a spectrum refresh; agents that use tables ignore it.
     fn set_features(&mut self, _features: faer::MatRef<'_, f64>) {}
 
-    /// The action it holds best at `state` by what it has learnt, without advice and chance (the first of equals);
-    /// `None` where it has no opinion. For maps and arrows, not for acting.
-    fn greedy_action(&self, _state: StateId) -> Option<Action> {
+    /// The likeliest action at `state` under this advice (the first of equals); `None` where it has no opinion. For
+    /// maps and arrows, not for acting.
+    ///
+    /// # Panics
+    /// If `advice` does not have one number per action, and the agent heeds advice.
+    fn greedy_action(&self, _state: StateId, _advice: &[f64]) -> Option<Action> {
         None
     }
 }

@@ -241,7 +241,7 @@ impl Agent for Planner {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
+    fn greedy_action(&self, state: StateId, _advice: &[f64]) -> Option<Action> {
         self.value(state)?;
         let values: Vec<f64> = (0..self.model.num_actions())
             .map(|a| self.action_value(state, action(a)))

@@ -198,7 +198,7 @@ impl Agent for PolicyIteration {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
+    fn greedy_action(&self, state: StateId, _advice: &[f64]) -> Option<Action> {
         self.policy.get(state.index()).map(|&a| Action(a))
     }
 }

@@ -8,7 +8,7 @@
 //! choose α below 1.
 
 use super::checks::{AgentError, check_action_values, check_rate};
-use super::greedy::{choose, first_best};
+use super::greedy::{advised, choose, first_best};
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
@@ -109,7 +109,8 @@ impl Agent for QLearning {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
-        self.values.get_row(state).and_then(first_best)
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
+        let values = self.values.get_row(state)?;
+        first_best(&advised(values, advice))
     }
 }

@@ -4,7 +4,7 @@
 //! with Σ_b π(b|s′) Q(s′, b) in its place. Advice bends π in both.
 
 use super::checks::{AgentError, check_action_values, check_rate};
-use super::greedy::{choose, expectation, first_best};
+use super::greedy::{advised, choose, expectation, first_best};
 use super::params::Bootstrap;
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
@@ -138,7 +138,8 @@ impl Agent for Sarsa {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId) -> Option<Action> {
-        self.values.get_row(state).and_then(first_best)
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
+        let values = self.values.get_row(state)?;
+        first_best(&advised(values, advice))
     }
 }

@@ -13,8 +13,8 @@ pub struct ScheduleParams {
     /// The potential is fitted, and features that the agent uses are refreshed, when the graph has gained this share of
     /// nodes.
     pub growth: f64,
-    /// Features that only the potential uses are refreshed with the first fit after the graph has gained this share of
-    /// nodes; until then new states take the mean of their neighbours' features.
+    /// Features that only the potential uses are refreshed when the graph has gained this share of nodes; until then
+    /// new states take the mean of their neighbours' features.
     pub feature_growth: f64,
     /// It is also fitted at the end of an episode in which the graph has changed, or this many steps after the last fit,
     pub refit_every: u64,
@@ -119,8 +119,8 @@ impl RefreshSchedule {
         have_outgrown(self.features, now, self.params.growth)
     }
 
-    /// Whether the graph has outgrown the features that only a fit uses.
-    pub fn fit_features_due(&self, now: Moment) -> bool {
+    /// Whether the graph has outgrown the features that only the potential uses.
+    pub fn potential_features_due(&self, now: Moment) -> bool {
         have_outgrown(self.features, now, self.params.feature_growth)
     }
 
@@ -185,7 +185,7 @@ mod tests {
         let due = |schedule: &RefreshSchedule, now| {
             (
                 schedule.agent_features_due(now),
-                schedule.fit_features_due(now),
+                schedule.potential_features_due(now),
             )
         };
         assert_eq!(

@@ -229,6 +229,24 @@ impl Explorer {
         }
     }
 
+    /// As [`Self::advise`] without quests: the part of the advice that lasts. All 0 before the first goal.
+    ///
+    /// # Panics
+    /// As [`Self::advise`].
+    pub fn look_ahead(
+        &mut self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
+        advice.fill(0.0);
+        if !self.destinations.is_empty() {
+            self.advise_climb(graph, state, potential, unit, advice);
+        }
+    }
+
     /// The next step of the quest in hand, if there is one.
     fn plan(&mut self, graph: &TransitionGraph, state: StateId) -> Option<Action> {
         if let Some(action) = self.search.planned(state) {

@@ -89,7 +89,7 @@ fn telescopes(scenario: &Scenario, seed: &RecordedSeed) -> Check {
     let fits = seed.refreshes.iter().filter(|row| row.fitted);
     let last_fit = fits.map(|row| row.step).max().unwrap_or(0);
     let shapings = (seed.episodes.iter())
-        .filter(|row| row.status == "terminated" && row.step - row.length >= last_fit)
+        .filter(|row| row.status == "terminated" && row.step.saturating_sub(row.length) >= last_fit)
         .map(|row| row.shaped_return - row.plain_return);
     let (mut low, mut high, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
     for shaping in shapings {

@@ -111,7 +111,8 @@ impl<'a> Feed<'a> {
             refreshes: std::mem::take(&mut self.refreshes),
             snapshots: snapshots.up_to_now(engine.steps(), pipeline),
             labels: states.map(|s| (places.label)(graph.state(s))).collect(),
-            policy: policy_rows(graph.transitions(), engine.agent()).collect(),
+            policy: policy_rows(graph.transitions(), engine.agent(), &pipeline.look_ahead())
+                .collect(),
             graph: graph_rows(graph.transitions()).collect(),
         });
         let cost = begun.elapsed().max(Duration::from_micros(100));

@@ -3,7 +3,7 @@
 //! | file | a row for each |
 //! |---|---|
 //! | `graph.csv` | (state, action, next state) that was seen: how often, Σ r, whether it ended an episode |
-//! | `policy.csv` | state: how often it was left, and the action held best there without advice (empty if none) |
+//! | `policy.csv` | state: how often it was left, and the likeliest action there, with the advice of φ but not of a search (empty if none) |
 
 use super::error::RunnerError;
 use super::files::write_atomically;
@@ -39,18 +39,22 @@ pub struct PolicyRow {
     pub state: u32,
     /// How often an action was taken here.
     pub visits: u64,
-    /// The action held best; none where the agent has no opinion.
+    /// The likeliest action while nothing is searched for; none where the agent has no opinion.
     pub greedy: Option<u16>,
 }
 
-/// Writes both tables into the seed's `folder`.
+/// Writes both tables into the seed's `folder`. `advice`: n × actions, row-major.
 ///
 /// # Errors
 /// If they cannot be written.
+///
+/// # Panics
+/// If `advice` does not have a number for each state and action.
 pub fn write_graph_files(
     folder: &Path,
     graph: &TransitionGraph,
     agent: &impl Agent,
+    advice: &[f64],
 ) -> Result<(), RunnerError> {
     let path = folder.join("graph.csv");
     write_atomically(&path, |file| {
@@ -66,7 +70,7 @@ pub fn write_graph_files(
     let path = folder.join("policy.csv");
     write_atomically(&path, |file| {
         writeln!(file, "state,visits,greedy")?;
-        for row in policy_rows(graph, agent) {
+        for row in policy_rows(graph, agent, advice) {
             match row.greedy {
                 Some(action) => writeln!(file, "{},{},{action}", row.state, row.visits)?,
                 None => writeln!(file, "{},{},", row.state, row.visits)?,
@@ -97,16 +101,23 @@ pub(super) fn graph_rows(graph: &TransitionGraph) -> impl Iterator<Item = GraphR
 pub(super) fn policy_rows(
     graph: &TransitionGraph,
     agent: &impl Agent,
+    advice: &[f64],
 ) -> impl Iterator<Item = PolicyRow> {
-    (0..graph.num_states() as u32).map(|state| {
-        let actions = (0..graph.num_actions()).map(|a| Action(a as u16));
-        let tries = actions.map(|action| u64::from(graph.tries(StateId(state), action)));
-        PolicyRow {
-            state,
-            visits: tries.sum(),
-            greedy: agent.greedy_action(StateId(state)).map(|action| action.0),
-        }
-    })
+    assert_eq!(advice.len(), graph.num_states() * graph.num_actions());
+    let advice = advice.chunks_exact(graph.num_actions());
+    (0..graph.num_states() as u32)
+        .zip(advice)
+        .map(|(state, advice)| {
+            let actions = (0..graph.num_actions()).map(|a| Action(a as u16));
+            let tries = actions.map(|action| u64::from(graph.tries(StateId(state), action)));
+            PolicyRow {
+                state,
+                visits: tries.sum(),
+                greedy: agent
+                    .greedy_action(StateId(state), advice)
+                    .map(|action| action.0),
+            }
+        })
 }
 
 #[cfg(test)]
@@ -123,7 +134,7 @@ mod tests {
         graph.record(a, Action(0), -0.5, a, false);
         let agent = build_agent(&AgentParams::default(), 2, 1.0, 0);
         let folder = tempfile::tempdir().unwrap();
-        write_graph_files(folder.path(), &graph, &agent).unwrap();
+        write_graph_files(folder.path(), &graph, &agent, &[0.0; 4]).unwrap();
         let text = std::fs::read_to_string(folder.path().join("graph.csv")).unwrap();
         assert_eq!(
             text,

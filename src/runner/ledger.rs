@@ -150,7 +150,8 @@ impl<'a, S: Clone + Eq + Hash> Ledger<'a, S> {
         }
         self.snapshots
             .finish(engine.steps(), pipeline, &self.folder)?;
-        write_graph_files(&self.folder, graph.transitions(), engine.agent())
+        let advice = pipeline.look_ahead();
+        write_graph_files(&self.folder, graph.transitions(), engine.agent(), &advice)
     }
 
     fn flush_log(&self) -> Result<(), RunnerError> {

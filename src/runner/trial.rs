@@ -147,7 +147,8 @@ fn write_sights<E: Model>(
     let states = (0..graph.transitions().num_states()).map(|s| StateId(s as u32));
     write_labels(folder, states.map(|state| label(graph.state(state))))?;
     snapshots.finish(engine.steps(), engine.pipeline(), folder)?;
-    write_graph_files(folder, graph.transitions(), engine.agent())
+    let advice = engine.pipeline().look_ahead();
+    write_graph_files(folder, graph.transitions(), engine.agent(), &advice)
 }
 
 /// The sums over episodes.

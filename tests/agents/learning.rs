@@ -32,7 +32,7 @@ fn greedy_path(world: &World, agent: &AnyAgent, numbering: &mut Numbering) -> Op
         if world.goals.contains(&at) {
             return Some(step);
         }
-        let action = agent.greedy_action(numbering.id(at))?;
+        let action = agent.greedy_action(numbering.id(at), &vec![0.0; world.outcomes[at].len()])?;
         at = world.outcomes[at][action.index()][0].next;
     }
     None
@@ -234,9 +234,17 @@ fn foreign_steps_are_learnt_from() {
             }
         }
         let expected = (kind != AgentKind::Random).then_some(Action(1));
-        assert_eq!(agent.greedy_action(StateId(40)), expected, "{kind:?}");
+        assert_eq!(
+            agent.greedy_action(StateId(40), &[0.0; 2]),
+            expected,
+            "{kind:?}"
+        );
         if kind != AgentKind::ActorCritic {
-            assert_eq!(agent.greedy_action(StateId(4000)), None, "{kind:?}");
+            assert_eq!(
+                agent.greedy_action(StateId(4000), &[0.0; 2]),
+                None,
+                "{kind:?}"
+            );
         }
     }
 }

@@ -190,7 +190,7 @@ fn policy_iteration_learns_the_values_under_slip() {
         "{learnt} instead of {optimal}"
     );
     assert_ne!(
-        agent.greedy_action(numbering.id(world.start)),
+        agent.greedy_action(numbering.id(world.start), &[0.0; 4]),
         Some(Action(0)),
         "up, against the wall"
     );

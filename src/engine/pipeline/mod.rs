@@ -8,8 +8,8 @@
 //! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
 //! for: each visit would refit φ.
 //!
-//! **Nothing is computed that nobody can use.** Before the first goal φ is flat, so there is neither a fit nor, unless the
-//! agent is linear in them, a refresh of the features.
+//! **Before the first goal** φ is flat and there is no fit. Features follow the growing graph all the same, each refresh
+//! from the one before: the first fit finds them ready, and whoever watches sees the graph unfold.
 
 mod bookkeeping;
 mod params;
@@ -250,6 +250,20 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         let states = 0..graph.num_states() as u32;
         let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
         Ok(chain.spurious_maxima(&phi))
+    }
+
+    /// What φ as it stands advises everywhere, quests left out: n × actions, row-major, in logits. All 0 without
+    /// exploration, and before the first goal. O(n · degree), and a copy of what the explorer knows.
+    pub fn look_ahead(&self) -> Vec<f64> {
+        let graph = self.graph.transitions();
+        let mut advice = vec![0.0; graph.num_states() * graph.num_actions()];
+        if let Guide::Frontier(explorer) = &self.guide {
+            let mut explorer = explorer.clone();
+            for (s, row) in advice.chunks_exact_mut(graph.num_actions()).enumerate() {
+                explorer.look_ahead(graph, StateId(s as u32), &self.table, self.unit, row);
+            }
+        }
+        advice
     }
 
     fn update_advice(&mut self) {

@@ -29,7 +29,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
         let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
-        let features_due = self.features_due(now, fit_due);
+        let features_due = self.features_due(now);
         if !features_due && !fit_due {
             return Ok(None);
         }
@@ -55,12 +55,12 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         Ok(Some(Box::new(record)))
     }
 
-    /// An agent uses features all the time, the potential only when it is fitted.
-    fn features_due(&self, now: Moment, fit_due: bool) -> bool {
+    /// An agent acts on its features, the potential only takes them for a cost that it smooths.
+    fn features_due(&self, now: Moment) -> bool {
         self.features.changes()
             && match self.agent_features {
                 Some(_) => self.schedule.agent_features_due(now),
-                None => fit_due && self.schedule.fit_features_due(now),
+                None => self.schedule.potential_features_due(now),
             }
     }
 
