@@ -156,12 +156,12 @@ fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
     let steps = [shaped, sparse].map(|run| band(run, |row| row.length as f64));
     let (right, bottom) = (960.0, 360.0);
     drawing.versus_panel(
-        [66.0, 44.0, 460.0, bottom],
+        [76.0, 44.0, 460.0, bottom],
         "(a) Regret ρ (reward)",
         regret.each_ref(),
     );
     drawing.versus_panel(
-        [566.0, 44.0, right, bottom],
+        [576.0, 44.0, right, bottom],
         "(b) Steps to the goal",
         steps.each_ref(),
     );
@@ -195,7 +195,7 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         &potential(&layout, seed),
     );
     let regret = [shaped, sparse].map(|run| band(run, |row| row.regret));
-    let left = 2.0 * (MAP + GAP) + 66.0;
+    let left = 2.0 * (MAP + GAP) + 76.0;
     let (right, bottom) = (left + 400.0, TOP + MAP);
     drawing.versus_panel(
         [left, 44.0, right, bottom],

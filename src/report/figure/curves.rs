@@ -50,7 +50,7 @@ impl Drawing {
             "",
             x_title,
         );
-        self.text(left - 56.0, top - 14.0, Anchor::Start, "h", y_title);
+        self.text(left - 70.0, top - 14.0, Anchor::Start, "h", y_title);
     }
 
     /// A curve over x = 1, 2, 3 …, thinned to a point for each pixel or so, with its band. Returns where it ends.

@@ -31,38 +31,61 @@ impl Drawing {
             let (row, col) = layout.position(cell);
             (frame.x + col as f64 * side, frame.y + row as f64 * side)
         };
-        let all = (0..layout.num_cells())
-            .filter_map(|i| layout.cell(i / layout.cols(), i % layout.cols()));
-        for cell in all {
-            let (x, y) = corner(cell);
-            let look = match (layout.tile(cell), value(cell)) {
-                (Tile::Wall, _) => r#"class="wall""#.to_owned(),
-                (_, None) if layout.start == Some(cell) => r#"class="start""#.to_owned(),
-                (_, None) if layout.goals.iter().any(|goal| goal.cell == cell) => {
-                    r#"class="goal""#.to_owned()
+        let look = |cell| match (layout.tile(cell), value(cell)) {
+            (Tile::Wall, _) => r#"class="wall""#.to_owned(),
+            (_, None) if layout.start == Some(cell) => r#"class="start""#.to_owned(),
+            (_, None) if layout.goals.iter().any(|goal| goal.cell == cell) => {
+                r#"class="goal""#.to_owned()
+            }
+            (_, None) => r#"class="unseen""#.to_owned(),
+            (_, Some(v)) => {
+                let share = (v - range.0) / (range.1 - range.0).max(f64::MIN_POSITIVE);
+                format!(r#"fill="{}""#, viridis(share))
+            }
+        };
+        self.body.push_str("<g shape-rendering=\"crispEdges\">\n");
+        for row in 0..layout.rows() {
+            let mut looks = (0..layout.cols())
+                .filter_map(|col| layout.cell(row, col))
+                .map(look);
+            let mut from = 0;
+            let mut present = looks.next();
+            // Neighbours that look the same are one rectangle.
+            while let Some(here) = present {
+                let mut cells = 1;
+                present = looks.next();
+                while present.as_ref() == Some(&here) {
+                    cells += 1;
+                    present = looks.next();
                 }
-                (_, None) => r#"class="unseen""#.to_owned(),
-                (_, Some(v)) => {
-                    let share = (v - range.0) / (range.1 - range.0).max(f64::MIN_POSITIVE);
-                    format!(r#"fill="{}""#, viridis(share))
-                }
-            };
-            // A hair wider than the cell, so that no seams show.
-            let wide = side + 0.3;
-            let _ = writeln!(
-                self.body,
-                r#"<rect x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{wide:.1}" shape-rendering="crispEdges" {look}/>"#
-            );
+                let (x, y) = (frame.x + from as f64 * side, frame.y + row as f64 * side);
+                // A hair wider than the cells, so that no seams show.
+                let (wide, high) = (cells as f64 * side + 0.3, side + 0.3);
+                let _ = writeln!(
+                    self.body,
+                    r#"<rect x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{high:.1}" {here}/>"#
+                );
+                from += cells;
+            }
         }
+        self.body.push_str("</g>\n");
         let start = layout.start.map(|cell| (cell, "S"));
         for (cell, mark) in start
             .into_iter()
             .chain(layout.goals.iter().map(|g| (g.cell, "G")))
         {
             let (x, y) = corner(cell);
+            let high = side * layout.rows() as f64;
+            let wide = side * layout.cols() as f64;
+            // Whole letters, also where a cell is smaller than one.
             self.text(
-                x + side / 2.0,
-                y + side / 2.0 + 4.5,
+                (x + side / 2.0)
+                    .max(frame.x + 6.0)
+                    .min(frame.x + wide - 6.0),
+                (y + side / 2.0)
+                    .max(frame.y + 7.0)
+                    .min(frame.y + high - 7.0)
+                    + 4.5,
                 Anchor::Middle,
                 "on",
                 mark,

@@ -70,7 +70,7 @@ fn draw_moments(drawing: &mut Drawing, layout: &Layout, seed: &RecordedSeed) {
             grouped(snapshot.nodes as u64)
         );
         let middle = frame.x + MAP / 2.0;
-        let scale = format!("{low:.0} (violet) to {high:.0} (yellow)");
+        let scale = format!("φ from {low:.0} (violet) to {high:.0} (yellow)");
         drawing.text(middle, frame.y + MAP + 20.0, Anchor::Middle, "", &caption);
         drawing.text(middle, frame.y + MAP + 38.0, Anchor::Middle, "", &scale);
     }
@@ -128,10 +128,16 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
         .unwrap_or(1);
     let highest = bands.iter().flat_map(|band| &band.high);
     let highest = highest.copied().fold(10.0, f64::max);
+    let values = bands.iter().flat_map(|band| &band.middle);
+    let lowest = values.copied().filter(|&v| v > 0.0);
+    let lowest = lowest.fold(f64::INFINITY, f64::min);
     let chart = LogChart {
-        edges: [62.0, 330.0, 800.0, 540.0],
+        edges: [76.0, 330.0, 800.0, 540.0],
         x: (0.0, (episodes as f64).log10()),
-        y: (1.0, highest.log10().ceil()),
+        y: (
+            lowest.min(highest / 10.0).log10().floor(),
+            highest.log10().ceil(),
+        ),
     };
     let seeds = shaped.seeds.len();
     let band = if seeds > 1 {
