@@ -33,6 +33,8 @@ use serde::{Deserialize, Serialize};
 /// Relative change of δ at which a Newton step is good enough, and the sweeps it may take for that.
 const STEP_TOL: f64 = 0.03;
 const SWEEPS_PER_STEP: usize = 40;
+/// Nats below the goals from which no further step leads back.
+const FAR_BELOW: f64 = 1e6;
 
 /// What a solve cost and how well it did. Not converging is a result, not an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -93,7 +95,8 @@ impl<'c> Diffusion<'c> {
     ///
     /// No solution exceeds v_i ≤ q_i + v_j − ln P_ij for any j, so a guess above that, for the j with the lowest v, is cut
     /// down to it: that is how a short cut found since is taken up, and how new states get a value at all. See
-    /// [`solve`](Self::solve).
+    /// [`solve`](Self::solve). From a guess too low in the wrong places, Newton steps that are not exact may stray; then
+    /// the guess is dropped and the solve begun anew, from nothing.
     ///
     /// # Panics
     /// If `q` or `guess` has not one entry per position, or `v` not one per goal.
@@ -114,11 +117,23 @@ impl<'c> Diffusion<'c> {
         for i in chain.num_goals()..chain.len() {
             v.push(guess[i].min(q[i] + chain.lowest_way(i, v)));
         }
-        self.solve(q, v, tol)
+        let near = self.solve(q, v, tol);
+        if near.converged {
+            return near;
+        }
+        v.truncate(self.walk.chain().num_goals());
+        let cold = self.solve_cold(q, v, tol);
+        SolveReport {
+            steps: near.steps + cold.steps,
+            sweeps: near.sweeps + cold.sweeps,
+            ..cold
+        }
     }
 
     /// Newton steps from `v` until the Bellman residual is ≤ `tol`. `q` and `v` are by position; the goals' entries of v
-    /// are kept. Gives up after [`max_sweeps`](Self::max_sweeps), or when v is no longer finite. A cold solve takes 3 to 7
+    /// are kept. What lies below all goals is no solution, by the maximum principle, and may have a residual of 0 where it
+    /// is too large for the costs to count. Gives up after [`max_sweeps`](Self::max_sweeps), or when v has strayed far
+    /// below the goals or is no longer finite. A cold solve takes 3 to 7
     /// steps and 20 to 50 sweeps at q = 0.7, O(nnz) each; grids of 10⁵ states and more take some hundred at q = 0.1.
     ///
     /// # Panics
@@ -128,8 +143,10 @@ impl<'c> Diffusion<'c> {
         loop {
             self.walk.update(v, &mut self.softmin);
             report.residual = self.set_residual(q, v);
-            report.converged = report.residual <= tol;
-            let hopeless = !report.residual.is_finite() || report.sweeps >= self.max_sweeps();
+            let drop = self.drop_below_goals(v);
+            report.converged = report.residual <= tol && drop <= 0.0;
+            let has_strayed = drop > FAR_BELOW || !report.residual.is_finite();
+            let hopeless = has_strayed || report.sweeps >= self.max_sweeps();
             if report.converged || hopeless {
                 return report;
             }
@@ -151,6 +168,16 @@ impl<'c> Diffusion<'c> {
         self.set_residual(q, v);
         self.newton_step(v, sweeps);
         self.walk.update(v, &mut self.softmin);
+    }
+
+    /// How far the lowest v lies below that of every goal; 0 or less at a solution.
+    fn drop_below_goals(&self, v: &[f64]) -> f64 {
+        let (goals, others) = v.split_at(self.walk.chain().num_goals());
+        let lowest = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
+        if others.is_empty() {
+            return 0.0;
+        }
+        lowest(goals) - lowest(others)
     }
 
     /// r by position, 0 on goals; returns max |r|, or NaN if there is one.
@@ -286,6 +313,34 @@ mod tests {
                 assert!(report.converged, "cost {cost}: {report:?}");
                 assert_close(&v, &dense(&chain, &q, &[0.0]), 1e-6);
             }
+        }
+    }
+
+    /// A guess is a matter of time, never of the result.
+    #[test]
+    fn any_guess_ends_at_the_same_place() {
+        let chain = chain(&grid(30, 30, &[]), &[0]);
+        let q = vec![0.2; chain.len()];
+        let (exact, _) = solve(&chain, &q, &[0.0]);
+        let misleading: [&dyn Fn(usize) -> f64; 5] = [
+            &|_| 0.0,
+            &|i| -1e9 * (i % 2) as f64,
+            &|i| 1e3 - i as f64,
+            &|i| {
+                if i % 7 == 0 {
+                    f64::INFINITY
+                } else {
+                    (i as f64 * 0.9).sin() * 50.0
+                }
+            },
+            &|i| if i % 3 == 0 { f64::MAX } else { -1e300 },
+        ];
+        for guess in misleading {
+            let guess: Vec<f64> = (0..chain.len()).map(guess).collect();
+            let mut v = vec![0.0];
+            let report = Diffusion::new(&chain).solve_near(&guess, &q, &mut v, TOL);
+            assert!(report.converged, "{report:?}");
+            assert_close(&v, &exact, 1e-6);
         }
     }
 

@@ -121,7 +121,7 @@ function drawMaps() {
     sights.map ? 'Its sign follows the moment before. Blank: not yet in a spectrum.' : 'Its sign follows the moment before.', { signed: true }));
   mapFigure(parent, 'Visits in the whole run', sights, unpack(sights.visits), 'log₁₀ of 1 + times that a state was left.');
   if (sights.greedy.length || sights.next.length) mapFigure(parent, 'Greedy policy on φ, at the end', sights, unpack(end.potential),
-    'Arrows: the action followed without exploration; none where nothing was learnt.', { arrows: sights.map ? sights.greedy : sights.next });
+    'The likeliest action, with the advice of φ, while nothing is searched for; none where nothing was learnt.', { arrows: sights.map ? sights.greedy : sights.next });
 }
 
 function drawChecks() {
