@@ -1,7 +1,7 @@
 //! Displacements where actions slip: reckoned anew from all that was seen, now and then.
 //!
 //! Dead reckoning step by step is wrong as soon as one step slips. So which action undoes which is decided by majority,
-//! positions by [`Placement`], chances by [`Slips`], each from the estimate of the others before. The hypothesis is tested
+//! positions by `Placement`, chances by [`Slips`], each from the estimate of the others before. The hypothesis is tested
 //! as a whole: the share of the transitions seen that are displacements at all.
 
 use super::placement::{Moves, Placement};
