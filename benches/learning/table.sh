@@ -2,13 +2,13 @@
 # Regenerates the tables of docs/learning.md: every world, every arm, fresh seeds from 1000, into the folder OUT.
 # Usage: benches/learning/table.sh [OUT] [small|large|huge|all]; goes on where it was if OUT exists.
 #
-# Seconds of one core, estimated from one or two seeds of each part; four idle cores take a quarter, about five minutes:
+# Seconds of one core, estimated from one or two seeds of each part; four idle cores take about five minutes:
 #
 #   small   small      5 worlds × 20 seeds, all arms, tuned      40
-#           hard       7 worlds × 20 seeds, all arms, tuned      70
+#           hard       8 worlds × 20 seeds, all arms, tuned      70
 #           slip       2 worlds × 20 seeds, all arms, tuned     480   nearly all of it is the planner's
 #           slip-0.1   2 worlds × 20 seeds, four arms           200   the same
-#   large   large      10 seeds, open field 30, all arms, tuned 110
+#   large   large      20 seeds, open field 30, all arms, tuned 160
 #   huge    huge       10 seeds, open field 30, four arms       120
 #           200        10 seeds, four arms                      250   of it 70 for the sparse arm
 #
@@ -33,13 +33,13 @@ table() { # name, seeds, arms, worlds and options...
 case $which in small | all)
     table small 1000..1020 $every_arm --tuned open_5x5 four_rooms linked_grids open_15x15 rooms_25x25
     table hard 1000..1020 $every_arm --tuned \
-        u_trap spiral one_way centre_goal random_start two_goals rewarded_goals
+        u_trap spiral one_way centre_goal random_start two_goals rewarded_goals moving_goal
     table slip 1000..1020 $every_arm --tuned four_rooms_slip rooms_25x25_slip
     table slip-0.1 1000..1020 $four_arms --set env.slip=0.1 four_rooms_slip rooms_25x25_slip
     ;;
 esac
 case $which in large | all)
-    table large 1000..1010 $every_arm --tuned rooms_50x50
+    table large 1000..1020 $every_arm --tuned rooms_50x50
     table large-open 1000..1030 $every_arm --tuned open_50x50
     ;;
 esac
