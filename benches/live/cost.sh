@@ -27,6 +27,7 @@ for pair in $(seq "$pairs"); do
     (sleep 1; follow; echo "$browser" >"$folder/browser") &
     followed=$(speed --serve)
     kill "$(cat "$folder/browser")" 2>/dev/null || true
+    sleep 2 # for its children still write into the folder
     echo "$pair $alone $followed" | awk '{ printf "%d  %.0f  %.0f  %.2f %%\n", $1, $2, $3, 100 * (1 - $3 / $2) }' | tee -a "$folder/pairs"
 done
 sort -k4,4n "$folder/pairs" | awk '{ loss[NR] = $4 } END {
