@@ -59,6 +59,14 @@ impl CholeskyFactor {
             .sum()
     }
 
+    /// Multiplications that computing it takes.
+    pub(super) fn operations(&self) -> f64 {
+        self.structure
+            .all()
+            .map(|p| p.supernodes.operations())
+            .sum()
+    }
+
     /// Gives the memory back for another factor.
     pub(super) fn into_buffers(self) -> FactorBuffers {
         FactorBuffers {

@@ -273,6 +273,7 @@ mod tests {
     use super::*;
     use crate::spectral::dense::laplacian_eigen;
     use crate::spectral::{LaplacianKind, testing};
+    use faer::Mat;
 
     fn spectrum(k: usize) -> LowSpectrum {
         let params = SpectralParams {
@@ -302,6 +303,30 @@ mod tests {
             assert_eq!(refresh.convergence.converged, 8);
             for (found, expected) in refresh.eigenvalues.iter().zip(exact(&graph)) {
                 assert!((found - expected).abs() < 1e-7, "{found} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn where_the_factor_fills_up_products_are_taken_and_find_the_same() {
+        let whole = testing::discovered(&testing::random(1700, 16.0, 1), 2);
+        let n = whole.rows() - whole.rows() / 20;
+        for (most_fill, cold_route) in [(MOST_FILL, Route::ShiftInvert), (0.0, Route::Products)] {
+            let mut spectrum = spectrum(8);
+            spectrum.most_fill = most_fill;
+            for (n, route) in [(n, cold_route), (whole.rows(), Route::Products)] {
+                let graph = testing::prefix(&whole, n);
+                let refresh = spectrum.refresh(&graph).unwrap();
+                assert!(n > PROOF_LIMIT, "too large to be decomposed instead");
+                assert_eq!((refresh.route, refresh.convergence.converged), (route, 8));
+                assert!(refresh.convergence.max_relative_residual <= 1e-3);
+                for (found, expected) in refresh.eigenvalues.iter().zip(exact(&graph)) {
+                    assert!((found - expected).abs() < 1e-7, "{found} for {expected}");
+                }
+                let pairs = spectrum.eigenpairs().unwrap();
+                let gram = pairs.vectors.transpose() * &pairs.vectors;
+                let error = gram - Mat::<f64>::identity(8, 8);
+                assert!(error.norm_max() < 1e-12, "{error:?}");
             }
         }
     }

@@ -25,6 +25,7 @@
 mod assess;
 mod block;
 mod certify;
+mod chebyshev;
 mod dense;
 mod eigenpairs;
 mod elimination;

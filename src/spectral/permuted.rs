@@ -67,6 +67,11 @@ impl PermutedLaplacian {
         self.diagonals.len()
     }
 
+    /// Entries stored.
+    pub(super) fn nnz(&self) -> usize {
+        self.columns.len()
+    }
+
     fn row(&self, i: usize) -> Range<usize> {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
@@ -86,7 +91,7 @@ impl PermutedLaplacian {
 
     /// sum + (L x)_i
     #[inline(always)]
-    fn add_row_product<S: Simd, const NV: usize>(
+    pub(super) fn add_row_product<S: Simd, const NV: usize>(
         &self,
         simd: S,
         panel: Panel,

@@ -1,90 +1,89 @@
-//! The lowest pairs from products with L alone, where its factor would not fit in memory.
+//! The lowest pairs from products with L alone: where its factor would not fit in memory, or takes
+//! more work than the products.
 //!
-//! The null vectors N are known, so the search runs on L + c N Nᵀ, c ≥ ‖L‖: the zero eigenvalues
-//! become c, the others stay, and what is found is orthogonal to N.
+//! Filtered subspace iteration as in [`super::subspace`], with a polynomial in L in place of one in
+//! (L + σI)⁻¹. On graphs that any node reaches from any other in a few steps (random graphs, small worlds) the factor
+//! fills up, while λ_k is so far from 0 that a hundred products suffice; on grids and mazes it is the other way round.
 
-use super::eigenpairs::{Eigenpairs, relative_unit};
-use super::low_spectrum::Problem;
-use super::solver::{residual_norms, smallest_eigenpairs};
-use super::{Convergence, Laplacian, SpectralError, SpectralParams, SymmetricOperator};
-use faer::{Mat, MatMut, MatRef};
+use super::SpectralError;
+use super::block::RowBlock;
+use super::chebyshev::ChebyshevFilter;
+use super::null_space::NullSpace;
+use super::permuted::PermutedLaplacian;
+use super::subspace::{
+    Goal, INDEPENDENT, MARGIN, Outcome, Pairs, Patience, Plan, RAISE, randomize, refill, refined,
+};
+use rand_chacha::ChaCha8Rng;
 
-/// L + c N Nᵀ.
-struct Deflated<'a> {
-    laplacian: &'a Laplacian<'a>,
-    /// Each node's component, and its entry in the null vector of that component.
-    owner: Vec<u32>,
-    entry: Vec<f64>,
-    components: usize,
-    lift: f64,
+/// L off its null space, in elimination order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Products<'a> {
+    pub(super) laplacian: &'a PermutedLaplacian,
+    pub(super) null_space: &'a NullSpace,
 }
 
-impl<'a> Deflated<'a> {
-    fn new(problem: Problem<'a>) -> Self {
-        let rows = problem.order.position.iter().map(|&row| row as usize);
-        let (owners, entries) = (problem.null_space.owners(), problem.null_space.entries());
-        Self {
-            laplacian: problem.laplacian,
-            owner: rows.clone().map(|row| owners[row]).collect(),
-            entry: rows.map(|row| entries[row]).collect(),
-            components: problem.null_space.dim(),
-            lift: problem.laplacian.norm_bound(),
-        }
-    }
-}
-
-impl SymmetricOperator for Deflated<'_> {
-    fn dim(&self) -> usize {
-        self.laplacian.dim()
-    }
-
-    fn apply(&self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
-        self.laplacian.apply(x, y.as_mut());
-        for c in 0..x.ncols() {
-            let mut sums = vec![0.0; self.components];
-            for (i, (&owner, &entry)) in self.owner.iter().zip(&self.entry).enumerate() {
-                sums[owner as usize] += entry * x[(i, c)];
+impl Products<'_> {
+    /// Turns the start block `x` into Ritz vectors, by `plan` or, where there is none, from random
+    /// columns. `z` is scratch of the same shape.
+    pub(super) fn iterate(
+        &self,
+        (x, z): (&mut RowBlock, &mut RowBlock),
+        goal: &Goal,
+        plan: Option<Plan>,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Outcome, SpectralError> {
+        let mut applications = 0;
+        let mut filter = match plan {
+            Some(plan) => first_filter(&plan, goal.norm),
+            None => {
+                randomize(x, 0, rng);
+                self.null_space.project_out(x, goal.threads);
+                applications += x.width();
+                next_filter(&refined(self.laplacian, x, z, goal)?.0, goal, MARGIN)
             }
-            for (i, (&owner, &entry)) in self.owner.iter().zip(&self.entry).enumerate() {
-                y[(i, c)] += self.lift * entry * sums[owner as usize];
+        };
+        let wanted = plan.map_or(f64::INFINITY, |p| p.wanted);
+        let first_gain = filter.gain(wanted.min(filter.cut())).max(1.0);
+        let mut gain_needed = None;
+        let mut patience = Patience::default();
+        for rounds in 1.. {
+            filter.apply(self.laplacian, x, z, goal.threads);
+            self.null_space.project_out(x, goal.threads);
+            let (mut pairs, independence) = refined(self.laplacian, x, z, goal)?;
+            applications += (filter.products() + 1) * x.width();
+            let gain_needed = *gain_needed.get_or_insert(first_gain * pairs.assessment.excess);
+            let hopeless = rounds > goal.max_restarts || patience.is_lost(pairs.assessment.excess);
+            let last = hopeless || pairs.assessment.converged == goal.wanted;
+            if last && independence < INDEPENDENT {
+                pairs = refined(self.laplacian, x, z, goal)?.0;
+                applications += x.width();
             }
+            if hopeless || pairs.assessment.converged == goal.wanted {
+                return Ok(Outcome {
+                    values: pairs.values,
+                    residuals: pairs.residuals,
+                    assessment: pairs.assessment,
+                    rounds,
+                    applications,
+                    solves: 0,
+                    gain_needed,
+                });
+            }
+            refill(self.null_space, x, &pairs.values, (rng, goal.threads));
+            filter = next_filter(&pairs, goal, MARGIN * RAISE.powi(rounds.min(4) as i32 - 1));
         }
+        unreachable!("the loop over rounds has no end of its own")
     }
 }
 
-/// The k lowest pairs, null vectors in closed form, from `start` (user's numbering) or from random
-/// vectors drawn from `seed`.
-pub(super) fn lowest_by_products(
-    problem: Problem<'_>,
-    start: Option<Mat<f64>>,
-    params: &SpectralParams,
-    seed: u64,
-) -> Result<Eigenpairs, SpectralError> {
-    let nulls = problem.null_space.dim();
-    let params = SpectralParams {
-        num_eigenpairs: problem.wanted(),
-        ..params.clone()
-    };
-    let deflated = Deflated::new(problem);
-    let found = smallest_eigenpairs(&deflated, start.as_ref().map(Mat::as_ref), &params, seed)?;
-    let mut vectors = problem.null_space.vectors(&problem.order.position, nulls);
-    vectors.resize_with(problem.laplacian.dim(), problem.k, |i, j| {
-        found.vectors[(i, j - nulls)]
-    });
-    let mut values = vec![0.0; nulls];
-    values.extend(&found.values);
-    let mut residuals = residual_norms(problem.laplacian, &vectors, &values);
-    residuals[..nulls].fill(0.0);
-    let unit = relative_unit(values[problem.k - 1]);
-    Ok(Eigenpairs {
-        values,
-        vectors,
-        convergence: Convergence {
-            converged: nulls + found.convergence.converged,
-            restarts: found.convergence.restarts,
-            applications: found.convergence.applications,
-            cluster_cut: found.convergence.cluster_cut,
-            ..Convergence::from_residuals(residuals, unit)
-        },
-    })
+/// The filter for an update that begins with earlier vectors.
+pub(super) fn first_filter(plan: &Plan, norm: f64) -> ChebyshevFilter {
+    ChebyshevFilter::with_gain((plan.gain, plan.wanted), plan.cut, norm)
+}
+
+/// The filter for what is still missing.
+fn next_filter(pairs: &Pairs, goal: &Goal, margin: f64) -> ChebyshevFilter {
+    let gain = margin * pairs.assessment.excess;
+    let wanted = pairs.values[goal.wanted - 1];
+    ChebyshevFilter::with_gain((gain, wanted), pairs.assessment.cut, goal.norm)
 }

@@ -19,7 +19,7 @@ pub enum Route {
     NullSpace,
     /// Shift and invert: the factor fits in memory.
     ShiftInvert,
-    /// Products with L alone: its factor would not fit in memory.
+    /// Products with L alone: fewer operations than with its factor, or the factor would not fit in memory.
     Products,
 }
 
@@ -32,8 +32,10 @@ impl Route {
             Route::Small => "the graph is small",
             Route::Rescued => "the search on a small graph was not proved complete",
             Route::NullSpace => "there are at least as many components as pairs",
-            Route::ShiftInvert => "the factor fits in memory",
-            Route::Products => "the factor would not fit in memory",
+            Route::ShiftInvert => "the factor is sparse",
+            Route::Products => {
+                "the factor takes more operations than products alone, or more memory than there may be"
+            }
         }
     }
 }

@@ -1,19 +1,27 @@
 //! The routes of [`super::LowSpectrum`], one function each.
 
-use super::block::LANES;
 use super::dense::laplacian_eigen;
 use super::eigenpairs::{Convergence, Eigenpairs, relative_unit};
 use super::factor::CholeskyFactor;
 use super::kept::Kept;
 use super::low_spectrum::{LowSpectrum, Problem, Solved, block_width};
-use super::products::lowest_by_products;
+use super::products::first_filter;
 use super::search::{Found, Search};
 use super::solver::residual_norms;
-use super::start::{Grown, start_block};
 use super::{Method, Route, SpectralError, SymmetricOperator};
 use faer::Mat;
 use rand_chacha::ChaCha8Rng;
 use std::sync::OnceLock;
+
+/// Rounds of products, and block solves, that an update takes as a rule.
+const ROUNDS: f64 = 2.0;
+const SOLVES: f64 = 5.0;
+
+/// Products that a search from nothing may take: where the factor fills up they usually suffice.
+const COLD_PRODUCTS: f64 = 1000.0;
+
+/// How much faster multiplications are in a dense factorisation than in a sparse product.
+const DENSE_SPEED: f64 = 3.0;
 
 impl Solved {
     /// Pairs in the user's numbering.
@@ -78,7 +86,7 @@ impl LowSpectrum {
         Solved::given(Route::NullSpace, pairs)
     }
 
-    /// By shift and invert if the factor fits, else by products with L.
+    /// By shift and invert, or by products with L where the factor does not fit or takes more work.
     pub(super) fn solve_sparse(
         &mut self,
         problem: Problem<'_>,
@@ -87,25 +95,27 @@ impl LowSpectrum {
     ) -> Result<Solved, SpectralError> {
         let permuted = &mut self.workspace.permuted;
         permuted.assign(problem.laplacian, problem.order);
+        let wanted = problem.wanted();
+        let usual = block_width(wanted);
+        let kept = self.kept.take().filter(|_| warm);
+        let width = kept
+            .as_ref()
+            .map_or(usual, |kept| kept.width(wanted, usual));
+        let plan = kept
+            .as_ref()
+            .map(|kept| kept.plan(problem.laplacian.dim(), wanted, width));
+        let norm = problem.laplacian.norm_bound();
         let buffers = std::mem::take(&mut self.workspace.factor);
         let factor = CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers)
-            .filter(|factor| factor.num_values() as f64 <= self.most_fill);
-        match factor {
-            Some(factor) => self.solve_with(problem, factor, warm, rng),
-            None => self.solve_without_factor(problem, warm, rng),
-        }
-    }
-
-    fn solve_with(
-        &mut self,
-        problem: Problem<'_>,
-        mut factor: CholeskyFactor,
-        warm: bool,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Solved, SpectralError> {
-        let wanted = problem.wanted();
-        let width = block_width(wanted);
-        let kept = self.kept.take().filter(|_| warm);
+            .filter(|factor| factor.num_values() as f64 <= self.most_fill)
+            .filter(|factor| {
+                let products = match &plan {
+                    Some(plan) => ROUNDS * first_filter(plan, norm).products() as f64,
+                    None => COLD_PRODUCTS,
+                };
+                let must_count = self.params.certify || problem.null_space.dim() > 1;
+                must_count || work(factor, width) <= products * permuted.nnz() as f64
+            });
         let search = Search {
             laplacian: problem.laplacian,
             order: problem.order,
@@ -113,18 +123,25 @@ impl LowSpectrum {
             permuted: &self.workspace.permuted,
             params: &self.params,
             wanted,
-            width: kept
-                .as_ref()
-                .map_or(width, |kept| kept.width(wanted, width)),
+            width,
         };
+        let usual_gain = kept.as_ref().map(|kept| kept.gain);
         let mut x = std::mem::take(&mut self.workspace.block);
-        let usual = kept.as_ref().map(|kept| kept.gain);
-        let (found, spare) = search.run(kept, &mut factor, &mut x, rng)?;
-        self.workspace.factor = factor.into_buffers();
+        let (route, (found, spare)) = match factor {
+            Some(mut factor) => {
+                let found = search.run(kept, &mut factor, &mut x, rng)?;
+                self.workspace.factor = factor.into_buffers();
+                (Route::ShiftInvert, found)
+            }
+            None => (
+                Route::Products,
+                search.run_without_factor(kept, plan, &mut x, rng)?,
+            ),
+        };
         self.workspace.block = spare;
         let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
         let needed = found.outcome.gain_needed;
-        let gain = Some((needed * usual.unwrap_or(needed)).sqrt());
+        let gain = Some((needed * usual_gain.unwrap_or(needed)).sqrt());
         let null_space = problem.null_space.clone();
         self.kept = Some(Kept::new(
             x,
@@ -133,35 +150,7 @@ impl LowSpectrum {
             problem.order,
             gain,
         ));
-        Ok(solved(&found, problem))
-    }
-
-    /// Restarted Lanczos on L itself, off the null space.
-    fn solve_without_factor(
-        &mut self,
-        problem: Problem<'_>,
-        warm: bool,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Solved, SpectralError> {
-        let wanted = problem.wanted();
-        let start = self.kept.take().filter(|_| warm).map(|kept| {
-            let grown = Grown {
-                laplacian: problem.laplacian,
-                order: problem.order,
-                null_space: problem.null_space,
-                threads: self.params.threads,
-            };
-            let x = &mut self.workspace.block;
-            start_block(&kept, grown, (wanted + 1).next_multiple_of(LANES), x, rng);
-            let row = |u: usize| x.row(problem.order.position[u] as usize);
-            Mat::from_fn(problem.laplacian.dim(), wanted, |u, j| row(u)[j])
-        });
-        let seed = self.seed.wrapping_add(self.refreshes);
-        let pairs = lowest_by_products(problem, start, &self.params, seed)?;
-        let nulls = problem.null_space.dim();
-        let ritz = pairs.vectors.subcols(nulls, wanted).to_owned();
-        self.keep_vectors(problem, &pairs.values[nulls..], &ritz);
-        Ok(Solved::given(Route::Products, pairs))
+        Ok(solved(route, &found, problem))
     }
 
     /// Keeps Ritz vectors that are in the user's numbering.
@@ -177,8 +166,13 @@ impl LowSpectrum {
     }
 }
 
+/// What an update takes with a factor: multiplications per column of the block, as in a product with L.
+fn work(factor: &CholeskyFactor, width: usize) -> f64 {
+    factor.operations() / (DENSE_SPEED * width as f64) + 2.0 * SOLVES * factor.num_values() as f64
+}
+
 /// Values and facts of a search, null vectors included.
-fn solved(found: &Found, problem: Problem<'_>) -> Solved {
+fn solved(route: Route, found: &Found, problem: Problem<'_>) -> Solved {
     let (nulls, wanted) = (problem.null_space.dim(), problem.wanted());
     let outcome = &found.outcome;
     let mut values = vec![0.0; nulls];
@@ -186,7 +180,7 @@ fn solved(found: &Found, problem: Problem<'_>) -> Solved {
     let mut residuals = vec![0.0; nulls];
     residuals.extend(&outcome.residuals[..wanted]);
     Solved {
-        route: Route::ShiftInvert,
+        route,
         values,
         convergence: Convergence {
             converged: nulls + outcome.assessment.converged,

@@ -7,6 +7,7 @@ use super::factor::CholeskyFactor;
 use super::kept::Kept;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
+use super::products::Products;
 use super::shift_invert::ShiftInvert;
 use super::start::{Grown, start_block};
 use super::subspace::{Goal, Outcome, Plan, inverse_power, iterate, randomize};
@@ -115,6 +116,41 @@ impl Search<'_> {
         Ok((found, z))
     }
 
+    /// The same by products with L alone. Nothing is certified.
+    pub(super) fn run_without_factor(
+        &self,
+        kept: Option<Kept>,
+        plan: Option<Plan>,
+        x: &mut RowBlock,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Found, RowBlock), SpectralError> {
+        match &kept {
+            Some(kept) => start_block(kept, self.grown(), self.width, x, rng),
+            None => x.reshape(self.laplacian.dim(), self.width),
+        }
+        let mut z = kept.map(|k| k.block).unwrap_or_default();
+        let products = Products {
+            laplacian: self.permuted,
+            null_space: self.null_space,
+        };
+        let outcome = products.iterate((x, &mut z), &self.goal(), plan, rng)?;
+        let found = Found {
+            outcome,
+            certified: None,
+            repaired: 0,
+        };
+        Ok((found, z))
+    }
+
+    fn grown(&self) -> Grown<'_> {
+        Grown {
+            laplacian: self.laplacian,
+            order: self.order,
+            null_space: self.null_space,
+            threads: self.params.threads,
+        }
+    }
+
     /// Whether more columns could help: the guards do not reach beyond the cluster of λ_k, and rounds
     /// were not what was lacking.
     fn may_widen(&self, outcome: &Outcome, width: usize) -> bool {
@@ -150,6 +186,7 @@ impl Search<'_> {
             tol: self.params.tol,
             norm: self.laplacian.norm_bound(),
             max_restarts: self.params.max_restarts,
+            threads: self.params.threads,
         }
     }
 
@@ -176,13 +213,7 @@ impl Search<'_> {
     ) -> Result<(Plan, f64, usize), SpectralError> {
         let plan = kept.plan(self.laplacian.dim(), self.wanted, self.width);
         let sigma = self.factorize(factor, WARM_SHIFT * plan.wanted)?;
-        let grown = Grown {
-            laplacian: self.laplacian,
-            order: self.order,
-            null_space: self.null_space,
-            threads: self.params.threads,
-        };
-        start_block(kept, grown, self.width, x, rng);
+        start_block(kept, self.grown(), self.width, x, rng);
         Ok((plan, sigma, 0))
     }
 

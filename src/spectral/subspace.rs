@@ -9,6 +9,8 @@ use super::SpectralError;
 use super::assess::{Assessment, assess};
 use super::block::RowBlock;
 use super::filter::Filter;
+use super::null_space::NullSpace;
+use super::permuted::PermutedLaplacian;
 use super::rayleigh_ritz::{Ritz, gram, gram_and_product, ritz, rotate};
 use super::shift_invert::ShiftInvert;
 use faer::Mat;
@@ -18,12 +20,12 @@ use rand_chacha::ChaCha8Rng;
 /// The next filter's gain on λ_k, relative to the reduction that is missing. Residuals fall by five to
 /// ten times the gain, since most of what is wrong lies well beyond the cut. Where that was too little
 /// the filter after it aims [`RAISE`] times higher, and so on.
-const MARGIN: f64 = 0.3;
-const RAISE: f64 = 8.0;
+pub(super) const MARGIN: f64 = 0.3;
+pub(super) const RAISE: f64 = 8.0;
 
 /// Below this independence of the basis the final vectors are orthonormalised once more, so that they
 /// are orthonormal to about 1e-12.
-const INDEPENDENT: f64 = 1e-4;
+pub(super) const INDEPENDENT: f64 = 1e-4;
 
 /// Largest loss of orthogonality, relative to the tolerance, that orthonormalising mends without a
 /// change of residuals worth measuring; beyond it the Rayleigh–Ritz step is repeated.
@@ -59,6 +61,7 @@ pub(super) struct Goal {
     /// Bound on ‖L‖.
     pub(super) norm: f64,
     pub(super) max_restarts: usize,
+    pub(super) threads: usize,
 }
 
 /// The Ritz pairs that a block holds after an iteration, and what they cost.
@@ -115,7 +118,7 @@ pub(super) fn iterate(
             if overlap.norm_max() <= SLIGHT * goal.tol {
                 rotate(x, &mended(&overlap), z, op.threads);
             } else {
-                pairs = refined(op, x, z, goal)?;
+                pairs = refined(op.laplacian, x, z, goal)?.0;
                 applications += 2 * x.width();
             }
         }
@@ -131,7 +134,7 @@ pub(super) fn iterate(
                 gain_needed,
             });
         }
-        refill(op, x, &pairs.values, rng);
+        refill(op.null_space, x, &pairs.values, (rng, goal.threads));
         let margin = MARGIN * RAISE.powi(rounds.min(4) as i32 - 1);
         filter = next_filter(&pairs, goal.wanted, margin, op.sigma);
     }
@@ -155,14 +158,14 @@ pub(super) fn inverse_power(
 }
 
 /// Ritz values of all columns, their residuals, and what they amount to.
-struct Pairs {
-    values: Vec<f64>,
-    residuals: Vec<f64>,
-    assessment: Assessment,
+pub(super) struct Pairs {
+    pub(super) values: Vec<f64>,
+    pub(super) residuals: Vec<f64>,
+    pub(super) assessment: Assessment,
 }
 
 /// Notices when rounds no longer help.
-struct Patience {
+pub(super) struct Patience {
     best: f64,
     left: usize,
 }
@@ -177,7 +180,7 @@ impl Default for Patience {
 }
 
 impl Patience {
-    fn is_lost(&mut self, excess: f64) -> bool {
+    pub(super) fn is_lost(&mut self, excess: f64) -> bool {
         if excess < 0.5 * self.best {
             (self.best, self.left) = (excess, PATIENCE);
         } else {
@@ -223,21 +226,25 @@ fn rayleigh_ritz(
     let projected = product - faer::Scale(op.sigma) * &gram;
     let ritz = ritz(&gram, &projected)?;
     rotate(x, &ritz.coefficients, z, op.threads);
-    Ok((measured(op, x, &ritz, goal), ritz.independence))
+    Ok((measured(op.laplacian, x, &ritz, goal), ritz.independence))
 }
 
-/// Once more, from a basis that is nearly orthonormal and with a true product by L.
-fn refined(
-    op: &ShiftInvert<'_>,
+/// The Rayleigh–Ritz step with a true product by L, from any basis `x`.
+pub(super) fn refined(
+    laplacian: &PermutedLaplacian,
     x: &mut RowBlock,
     z: &mut RowBlock,
     goal: &Goal,
-) -> Result<Pairs, SpectralError> {
-    op.laplacian.multiply(x, z, op.threads);
-    let (gram, projected) = gram_and_product(x, z, op.threads);
+) -> Result<(Pairs, f64), SpectralError> {
+    z.reshape(x.rows(), x.width());
+    laplacian.multiply(x, z, goal.threads);
+    let (gram, projected) = gram_and_product(x, z, goal.threads);
+    if !gram.is_all_finite() {
+        return Err(SpectralError::NotFinite);
+    }
     let ritz = ritz(&gram, &projected)?;
-    rotate(x, &ritz.coefficients, z, op.threads);
-    Ok(measured(op, x, &ritz, goal))
+    rotate(x, &ritz.coefficients, z, goal.threads);
+    Ok((measured(laplacian, x, &ritz, goal), ritz.independence))
 }
 
 /// XᵀX − I of the first `count` columns.
@@ -253,9 +260,9 @@ fn mended(overlap: &Mat<f64>) -> Mat<f64> {
     Mat::<f64>::identity(count, count) - faer::Scale(0.5) * overlap
 }
 
-fn measured(op: &ShiftInvert<'_>, x: &RowBlock, ritz: &Ritz, goal: &Goal) -> Pairs {
+fn measured(laplacian: &PermutedLaplacian, x: &RowBlock, ritz: &Ritz, goal: &Goal) -> Pairs {
     let values = padded(ritz, x.width());
-    let residuals = residual_norms(op, x, &values);
+    let residuals = residual_norms(laplacian, x, &values, goal.threads);
     Pairs {
         assessment: assess(&values, &residuals, goal.wanted, goal.tol, goal.norm),
         values,
@@ -270,13 +277,18 @@ fn padded(ritz: &Ritz, width: usize) -> Vec<f64> {
     values
 }
 
-fn residual_norms(op: &ShiftInvert<'_>, x: &RowBlock, values: &[f64]) -> Vec<f64> {
+fn residual_norms(
+    laplacian: &PermutedLaplacian,
+    x: &RowBlock,
+    values: &[f64],
+    threads: usize,
+) -> Vec<f64> {
     let finite: Vec<f64> = values
         .iter()
         .map(|&v| if v.is_finite() { v } else { 0.0 })
         .collect();
-    op.laplacian
-        .squared_residuals(x, &finite, op.threads)
+    laplacian
+        .squared_residuals(x, &finite, threads)
         .into_iter()
         .zip(values)
         .map(|(square, v)| {
@@ -290,11 +302,16 @@ fn residual_norms(op: &ShiftInvert<'_>, x: &RowBlock, values: &[f64]) -> Vec<f64
 }
 
 /// Fills columns that hold nothing with random numbers, off the null space.
-fn refill(op: &ShiftInvert<'_>, x: &mut RowBlock, values: &[f64], rng: &mut ChaCha8Rng) {
+pub(super) fn refill(
+    null_space: &NullSpace,
+    x: &mut RowBlock,
+    values: &[f64],
+    (rng, threads): (&mut ChaCha8Rng, usize),
+) {
     let first = values.partition_point(|v| v.is_finite());
     if first < x.width() {
         randomize(x, first, rng);
-        op.project(x);
+        null_space.project_out(x, threads);
     }
 }
 

@@ -75,6 +75,16 @@ impl Supernodes {
         self.value_starts.last().map_or(0, |&end| end as usize)
     }
 
+    /// Multiplications that the factorisation takes.
+    pub(super) fn operations(&self) -> f64 {
+        let of_front = |s: usize| {
+            let shape = self.shape(s);
+            let (size, rest) = (shape.size as f64, shape.rows.len() as f64);
+            size * (size * size / 6.0 + size * rest / 2.0 + rest * rest / 2.0)
+        };
+        (0..self.len()).map(of_front).sum()
+    }
+
     #[inline(always)]
     pub(super) fn shape(&self, s: usize) -> Shape<'_> {
         let range = |starts: &[u32]| starts[s] as usize..starts[s + 1] as usize;
