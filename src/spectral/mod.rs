@@ -59,6 +59,7 @@ mod solver;
 mod start;
 mod subspace;
 mod supernodes;
+mod tiles;
 mod track;
 mod triangular;
 

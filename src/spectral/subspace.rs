@@ -113,7 +113,7 @@ pub(super) fn iterate(
             let finite = pairs.values.partition_point(|v| v.is_finite());
             let overlap = overlaps(x, finite, op.threads);
             if overlap.norm_max() <= SLIGHT * goal.tol {
-                rotate(x, &mended(&overlap), z, op.threads);
+                rotate(x, &mended(&overlap), op.threads);
             } else {
                 pairs = refined(op, x, z, goal)?;
                 applications += 2 * x.width();
@@ -206,7 +206,7 @@ fn rayleigh_ritz(
     // XᵀLX without a product by L: LX = Z − σX, and the projection does not change it.
     let projected = product - faer::Scale(op.sigma) * &gram;
     let ritz = ritz(&gram, &projected)?;
-    rotate(x, &ritz.coefficients, z, op.threads);
+    rotate(x, &ritz.coefficients, op.threads);
     Ok((measured(op, x, &ritz, goal), ritz.independence))
 }
 
@@ -220,7 +220,7 @@ fn refined(
     op.laplacian.multiply(x, z, op.threads);
     let (gram, projected) = gram_and_product(x, z, op.threads);
     let ritz = ritz(&gram, &projected)?;
-    rotate(x, &ritz.coefficients, z, op.threads);
+    rotate(x, &ritz.coefficients, op.threads);
     Ok(measured(op, x, &ritz, goal))
 }
 
