@@ -10,6 +10,7 @@ use super::block::{LANES, RowBlock};
 use super::elimination::EliminationOrder;
 use super::front::{BadPivot, Definiteness, Pivots};
 use super::frontal::{Columns, Remainder, Task, eliminate};
+use super::levels::eliminate_by_levels;
 use super::permuted::PermutedLaplacian;
 use super::pieces::{Piece, Pieces};
 use super::simd::for_each_panel;
@@ -195,15 +196,13 @@ fn run(
         jobs.map(work).collect()
     };
     let remainders = remainders?;
-    let top = eliminate(
-        task,
-        &structure.top,
-        for_top,
-        (&structure.incoming, &remainders),
-    )?;
-    Ok(remainders
-        .iter()
-        .fold(top.pivots, |all, r| all.join(r.pivots)))
+    let entering = (&structure.incoming[..], &remainders[..]);
+    let top = if task.threads > 1 {
+        eliminate_by_levels(task, &structure.top, for_top, entering)?
+    } else {
+        eliminate(task, &structure.top, for_top, entering)?.pivots
+    };
+    Ok(remainders.iter().fold(top, |all, r| all.join(r.pivots)))
 }
 
 /// A piece, its part of the factor and of a block.

@@ -38,6 +38,7 @@ mod frontal;
 mod kept;
 mod lanczos;
 mod laplacian;
+mod levels;
 mod low_spectrum;
 mod null_space;
 mod operator;
