@@ -46,15 +46,21 @@ def lowest(graph: sp.csr_array, scale: float | None) -> np.ndarray:
     if scale is None:
         scale = rough_scale(off, symbolic)
     solve = symbolic.cholesky(off, beta=1 + 1e-3 * scale)
-    values, vectors = search(solve, n, 1e-3 * scale, np.zeros((n, 0)))
+    nothing, kept = np.zeros((n, 0)), KEPT
+    values, vectors = search(solve, n, 1e-3 * scale, nothing, kept)
     for _ in range(8):
         # Counted in the widest gap behind the 32nd, so that rounding cannot move a value across.
-        gap = PROVED - 1 + int(np.argmax(np.diff(values[PROVED - 1 : KEPT])))
+        gaps = np.diff(values[PROVED - 1 :])
+        gap = PROVED - 1 + int(np.argmax(gaps))
+        if gaps.max() < 1e-7 * values[gap]:  # equal values up to the end of the list: no place to count in
+            kept *= 2
+            values, vectors = search(solve, n, 1e-3 * scale, nothing, kept)
+            continue
         mu = (values[gap] + values[gap + 1]) / 2
         below = int((symbolic.cholesky(off, beta=1 - mu).D() < 0).sum())
         if below == gap + 1:
             return values[:KEPT]
-        more, added = search(solve, n, 1e-3 * scale, vectors)
+        more, added = search(solve, n, 1e-3 * scale, vectors, 4)
         values, vectors = np.concatenate([values, more]), np.hstack([vectors, added])
         order = np.argsort(values)
         values, vectors = values[order], vectors[:, order]
@@ -73,9 +79,8 @@ def rough_scale(off: sp.csc_matrix, symbolic) -> float:
         sigma /= 100
 
 
-def search(solve, n: int, sigma: float, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest pairs orthogonal to `known`: all that are kept at first, then a few at a time."""
-    count = 4 if known.shape[1] else KEPT
+def search(solve, n: int, sigma: float, known: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` lowest pairs orthogonal to `known`."""
 
     def inverse(x):
         x = x - known @ (known.T @ x)

@@ -4,24 +4,33 @@
 //! role of elimination trees in sparse factorization*, algorithm 4.2: walk from each entry (i, j) of
 //! the upper triangle up to the present root and hang it below j, with path compression.
 
+use super::minimum_degree::QuotientGraph;
 use std::ops::Range;
 
 /// No parent.
 pub(super) const ROOT: u32 = u32::MAX;
 
-/// Parents in the elimination forest of a matrix given by its strict upper triangle, by columns.
+/// Parents in the elimination forest of `graph` ordered by `sequence`. Trees are numbered thus: the elements,
+/// which come before all nodes, then the nodes in sequence.
 /// Cost: O(nnz log n).
-pub(super) fn elimination_tree(column_starts: &[u32], rows: &[u32]) -> Vec<u32> {
-    let n = column_starts.len() - 1;
-    let mut parent = vec![ROOT; n];
-    let mut ancestor = vec![ROOT; n];
-    for j in 0..n {
-        for &row in &rows[column_starts[j] as usize..column_starts[j + 1] as usize] {
-            let mut i = row;
-            while i != ROOT && (i as usize) < j {
-                let above = std::mem::replace(&mut ancestor[i as usize], j as u32);
+pub(super) fn elimination_tree(graph: &QuotientGraph, sequence: &[u32]) -> Vec<u32> {
+    let (nodes, elements) = (sequence.len(), graph.elements);
+    let mut number = vec![0; nodes + elements];
+    for (i, &u) in sequence.iter().enumerate() {
+        number[u as usize] = (elements + i) as u32;
+    }
+    for (e, number) in number[nodes..].iter_mut().enumerate() {
+        *number = e as u32;
+    }
+    let mut parent = vec![ROOT; nodes + elements];
+    let mut ancestor = vec![ROOT; nodes + elements];
+    for (j, &u) in (elements as u32..).zip(sequence) {
+        for &v in &graph.lists[graph.starts[u as usize]..graph.starts[u as usize + 1]] {
+            let mut i = number[v as usize];
+            while i != ROOT && i < j {
+                let above = std::mem::replace(&mut ancestor[i as usize], j);
                 if above == ROOT {
-                    parent[i as usize] = j as u32;
+                    parent[i as usize] = j;
                 }
                 i = above;
             }
@@ -63,36 +72,47 @@ pub(super) fn postorder(parent: &[u32]) -> (Vec<u32>, Vec<Range<usize>>) {
     (order, trees)
 }
 
-/// The forest `parent` with its nodes numbered in `order`.
-pub(super) fn renumbered(parent: &[u32], order: &[u32]) -> Vec<u32> {
-    let mut position = vec![ROOT; parent.len()];
-    for (i, &node) in order.iter().enumerate() {
-        position[node as usize] = i as u32;
-    }
-    let above = |&node: &u32| match parent[node as usize] {
-        ROOT => ROOT,
-        p => position[p as usize],
-    };
-    order.iter().map(above).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn graph(lists: &[&[u32]], elements: usize) -> QuotientGraph {
+        let mut graph = QuotientGraph {
+            starts: vec![0],
+            elements,
+            ..Default::default()
+        };
+        for list in lists {
+            graph.lists.extend_from_slice(list);
+            graph.starts.push(graph.lists.len());
+        }
+        graph
+    }
+
     #[test]
     fn tree_of_a_small_matrix_is_the_one_worked_by_hand() {
         // Edges 0–3, 1–2, 2–4, 3–4: eliminating 0 fills nothing, column 0 meets row 3 first.
-        let starts = [0, 0, 0, 1, 2, 4];
-        let rows = [1, 0, 2, 3];
-        let parent = elimination_tree(&starts, &rows);
+        let edges = graph(&[&[3], &[2], &[1, 4], &[0, 4], &[2, 3]], 0);
+        let parent = elimination_tree(&edges, &[0, 1, 2, 3, 4]);
         assert_eq!(parent, [3, 2, 4, 4, ROOT]);
+        // In the opposite order: 4–3, 4–2, then 3–2 by fill, 2–1, 3–0.
+        let parent = elimination_tree(&edges, &[4, 3, 2, 1, 0]);
+        assert_eq!(parent, [1, 2, 3, 4, ROOT]);
     }
 
     #[test]
     fn fill_is_followed() {
         // Edges 0–1, 0–2: eliminating 0 joins 1 and 2.
-        assert_eq!(elimination_tree(&[0, 0, 1, 2], &[0, 0]), [1, 2, ROOT]);
+        let star = graph(&[&[1, 2], &[0], &[0]], 0);
+        assert_eq!(elimination_tree(&star, &[0, 1, 2]), [1, 2, ROOT]);
+    }
+
+    #[test]
+    fn elements_come_first_and_join_what_they_touch() {
+        // Element 3 on nodes 0 and 2, element 4 on nothing; node 1 alone.
+        let nodes = graph(&[&[3], &[], &[3]], 2);
+        let parent = elimination_tree(&nodes, &[2, 1, 0]);
+        assert_eq!(parent, [2, ROOT, 4, ROOT, ROOT]);
     }
 
     #[test]

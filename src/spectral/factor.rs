@@ -53,6 +53,14 @@ impl CholeskyFactor {
         })
     }
 
+    /// Numbers that it holds.
+    pub(super) fn num_values(&self) -> usize {
+        self.structure
+            .all()
+            .map(|p| p.supernodes.num_values())
+            .sum()
+    }
+
     /// Gives the memory back for another factor.
     pub(super) fn into_buffers(self) -> FactorBuffers {
         FactorBuffers {
@@ -66,12 +74,7 @@ impl CholeskyFactor {
         laplacian: &PermutedLaplacian,
         sigma: f64,
     ) -> Result<(), NotPositiveDefinite> {
-        let length = self
-            .structure
-            .all()
-            .map(|p| p.supernodes.num_values())
-            .sum();
-        self.values.resize(length, 0.0);
+        self.values.resize(self.num_values(), 0.0);
         let mut rest = &mut self.values[..];
         let values = self.structure.all().map(|piece| {
             let (own, after) =

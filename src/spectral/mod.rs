@@ -17,7 +17,7 @@
 //! | layer | modules |
 //! |---|---|
 //! | operators | [`SymmetricOperator`], [`Laplacian`], `shift_invert` |
-//! | sparse algebra | `elimination`, `etree`, `permuted`, `factor`, `triangular`, `simd`, `block` |
+//! | sparse algebra | `elimination`, `frozen`, `minimum_degree`, `etree`, `permuted`, `factor`, `triangular`, `simd`, `block` |
 //! | recurrences | `lanczos`, `filter`, `rayleigh_ritz`, `orthonormal`, [`symmetric_eigen`] |
 //! | policy | `assess`, `subspace`, `search`, `certify`, `products`, [`smallest_eigenpairs`] |
 //! | growing graphs | `extend`, `kept`, `start`, `routes`, [`LowSpectrum`], [`procrustes`](fn@procrustes), [`ProtoValueFunctions`], [`track`](fn@track) |
@@ -35,11 +35,13 @@ mod factor;
 mod filter;
 mod front;
 mod frontal;
+mod frozen;
 mod kept;
 mod lanczos;
 mod laplacian;
 mod levels;
 mod low_spectrum;
+mod minimum_degree;
 mod null_space;
 mod operator;
 mod orthonormal;

@@ -88,9 +88,8 @@ impl LowSpectrum {
         let permuted = &mut self.workspace.permuted;
         permuted.assign(problem.laplacian, problem.order);
         let buffers = std::mem::take(&mut self.workspace.factor);
-        let factor = (problem.order.fill <= self.most_fill)
-            .then(|| CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers))
-            .flatten();
+        let factor = CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers)
+            .filter(|factor| factor.num_values() as f64 <= self.most_fill);
         match factor {
             Some(factor) => self.solve_with(problem, factor, warm, rng),
             None => self.solve_without_factor(problem, warm, rng),

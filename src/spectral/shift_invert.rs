@@ -8,7 +8,7 @@ use super::block::{LANES, RowBlock};
 use super::factor::CholeskyFactor;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
-use faer::{Mat, MatMut, MatRef};
+use faer::{MatMut, MatRef};
 
 /// L, the factor of L + σI and the null space of L, all in elimination order.
 #[derive(Debug)]
@@ -41,12 +41,6 @@ impl ShiftInvert<'_> {
         block.as_mat_mut().subcols_mut(0, x.ncols()).copy_from(x);
         self.project(&mut block);
         block
-    }
-
-    /// x ← x − N Nᵀ x.
-    pub(super) fn project_mat(&self, x: &mut Mat<f64>) {
-        let block = self.projected_block(x.as_ref());
-        x.copy_from(block.as_mat().subcols(0, x.ncols()));
     }
 }
 

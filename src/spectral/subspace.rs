@@ -138,6 +138,22 @@ pub(super) fn iterate(
     unreachable!("the loop over rounds has no end of its own")
 }
 
+/// x ← M⁻ᵖ x, p = `steps` ≥ 1, rotated to Ritz vectors; their values, ascending, one per column.
+pub(super) fn inverse_power(
+    op: &ShiftInvert<'_>,
+    x: &mut RowBlock,
+    z: &mut RowBlock,
+    steps: usize,
+    goal: &Goal,
+) -> Result<Vec<f64>, SpectralError> {
+    for _ in 0..steps {
+        z.copy_from(x, op.threads);
+        op.solve(x);
+        op.project(x);
+    }
+    Ok(rayleigh_ritz(op, x, z, goal)?.0.values)
+}
+
 /// Ritz values of all columns, their residuals, and what they amount to.
 struct Pairs {
     values: Vec<f64>,
