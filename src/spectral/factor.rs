@@ -302,7 +302,7 @@ mod tests {
         let laplacian = Laplacian::new(graph, LaplacianKind::Normalized).unwrap();
         let order = EliminationOrder::new(&laplacian, None);
         let mut l = PermutedLaplacian::default();
-        l.assign(&laplacian, &order);
+        l.assign(&laplacian, &order, 1);
         let factor = CholeskyFactor::analyze(&l, &order, threads, FactorBuffers::default());
         (l, factor.unwrap())
     }

@@ -86,7 +86,7 @@ impl LowSpectrum {
         rng: &mut ChaCha8Rng,
     ) -> Result<Solved, SpectralError> {
         let permuted = &mut self.workspace.permuted;
-        permuted.assign(problem.laplacian, problem.order);
+        permuted.assign(problem.laplacian, problem.order, self.params.threads);
         let buffers = std::mem::take(&mut self.workspace.factor);
         let factor = CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers)
             .filter(|factor| factor.num_values() as f64 <= self.most_fill);
