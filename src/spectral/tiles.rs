@@ -92,8 +92,8 @@ impl PanelKernel for ProductTile<'_> {
         let y = S::as_simd_f64s(self.y).0;
         let product = S::as_mut_simd_f64s(self.product).0;
         let mut sums = [[simd.splat_f64s(0.0); NV]; ROWS];
-        for t in 0..ROWS {
-            sums[t] = panel.load(&*product, self.row + t);
+        for (t, sum) in sums.iter_mut().enumerate() {
+            *sum = panel.load(&*product, self.row + t);
         }
         let rows = self.x.chunks_exact(self.width);
         for (x, y) in rows.zip(y.chunks_exact(panel.stride)) {
@@ -106,8 +106,8 @@ impl PanelKernel for ProductTile<'_> {
                 }
             }
         }
-        for t in 0..ROWS {
-            panel.store(product, self.row + t, sums[t]);
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(product, self.row + t, sum);
         }
     }
 }
@@ -152,12 +152,12 @@ impl Multiply<'_> {
     fn tile<S: Simd, const NV: usize, const R: usize>(&mut self, simd: S, panel: Panel, i: usize) {
         let c = S::as_simd_f64s(self.c).0;
         let mut old: [&[f64]; R] = [&[]; R];
-        for t in 0..R {
-            old[t] = &self.old[(i + t) * self.width..][..self.width];
+        for (t, old) in old.iter_mut().enumerate() {
+            *old = &self.old[(i + t) * self.width..][..self.width];
         }
         let mut sums = [[simd.splat_f64s(0.0); NV]; R];
-        for k in 0..self.width {
-            let c: [_; NV] = panel.load(c, k);
+        for (k, c) in c.chunks_exact(panel.stride).enumerate() {
+            let c: &[_; NV] = c[panel.first..].first_chunk().expect("NV registers");
             for t in 0..R {
                 let x = simd.splat_f64s(old[t][k]);
                 for v in 0..NV {
@@ -166,8 +166,8 @@ impl Multiply<'_> {
             }
         }
         let new = S::as_mut_simd_f64s(self.new).0;
-        for t in 0..R {
-            panel.store(new, i + t, sums[t]);
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(new, i + t, sum);
         }
     }
 }

@@ -151,8 +151,8 @@ impl<'a> Node<'a> {
     ) {
         let first = self.shape.first;
         let mut sums = [[simd.splat_f64s(0.0); NV]; R];
-        for t in 0..R {
-            sums[t] = panel.load(&*x, first + r + t);
+        for (t, sum) in sums.iter_mut().enumerate() {
+            *sum = panel.load(&*x, first + r + t);
         }
         for c in 0..r {
             let l: &[f64; R] = self.column(c)[r..].first_chunk().expect("R values");
@@ -168,8 +168,8 @@ impl<'a> Node<'a> {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(l[t]), sums[c]);
             }
         }
-        for t in 0..R {
-            panel.store(x, first + r + t, sums[t]);
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(x, first + r + t, sum);
         }
     }
 
@@ -268,7 +268,8 @@ impl<'a> Node<'a> {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(rectangle[t][inside + r]), xi);
             }
         }
-        for r in c + C..size {
+        for below in 0..size - (c + C) {
+            let r = c + C + below;
             let xi: [_; NV] = panel.load(&*own, first + r);
             for t in 0..C {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(triangle[t][r]), xi);
