@@ -180,7 +180,7 @@ mod tests {
         let (values, vectors) = laplacian_eigen(&laplacian).unwrap();
         let order = EliminationOrder::new(&laplacian, None);
         let mut permuted = PermutedLaplacian::default();
-        permuted.assign(&laplacian, &order);
+        permuted.assign(&laplacian, &order, 1);
         let (mut x, mut z) = (RowBlock::zeros(60, 8), RowBlock::zeros(60, 8));
         let columns = [0, 1, 2, 5, 20, 40, 50, 59];
         for (i, &u) in order.node.iter().enumerate() {

@@ -6,15 +6,17 @@
 //!
 //! Sylvester's law of inertia: L − μI has as many negative pivots as L has eigenvalues below μ.
 
-use super::block::RowBlock;
+use super::block::{LANES, RowBlock};
 use super::elimination::EliminationOrder;
 use super::front::{BadPivot, Definiteness, Pivots};
 use super::frontal::{Columns, Remainder, Task, eliminate};
+use super::levels::eliminate_by_levels;
 use super::permuted::PermutedLaplacian;
 use super::pieces::{Piece, Pieces};
 use super::simd::for_each_panel;
 use super::triangular::{Backward, Forward};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A Cholesky factor of L + σI, or the pattern of one not yet computed.
 #[derive(Debug)]
@@ -118,57 +120,41 @@ impl CholeskyFactor {
     /// x ← (L + σI)⁻¹ x.
     pub(super) fn solve(&self, x: &mut RowBlock) {
         let width = x.width();
-        let mut top = RowBlock::zeros(self.structure.top.num_columns(), width);
-        for j in 0..top.rows() {
-            top.row_mut(j)
-                .copy_from_slice(x.row(self.structure.top.column(j)));
-        }
+        let mut tops = self.top_parts(x);
         let mut shares = self.shares(x);
         self.each(&mut shares, |share| share.forward(width));
-        for share in &shares {
-            for (k, &row) in share.piece.boundary().iter().enumerate() {
-                let target = top.row_mut(self.structure.top.local(row));
-                for (t, v) in target.iter_mut().zip(share.outside.row(k)) {
-                    *t += v;
-                }
+        self.each(&mut tops, |top| {
+            shares.iter().for_each(|share| top.add(share));
+            top.solve(self);
+        });
+        self.each(&mut shares, |share| {
+            tops.iter().for_each(|top| top.hand_down(share));
+            share.backward(width);
+        });
+        for top in &tops {
+            for j in 0..top.block.rows() {
+                x.row_mut(self.structure.top.column(j))[top.columns.clone()]
+                    .copy_from_slice(top.block.row(j));
             }
-        }
-        self.solve_top(&mut top);
-        for share in &mut shares {
-            for (k, &row) in share.piece.boundary().iter().enumerate() {
-                let source = top.row(self.structure.top.local(row));
-                share.outside.row_mut(k).copy_from_slice(source);
-            }
-        }
-        self.each(&mut shares, |share| share.backward(width));
-        for j in 0..top.rows() {
-            x.row_mut(self.structure.top.column(j))
-                .copy_from_slice(top.row(j));
         }
     }
 
-    fn solve_top(&self, top: &mut RowBlock) {
-        let width = top.width();
-        let supernodes = &self.structure.top.supernodes;
-        let values = &self.values[self.values.len() - supernodes.num_values()..];
-        for_each_panel(
-            width,
-            Forward {
-                supernodes,
-                values,
-                own: top.as_mut_slice(),
-                outside: &mut [],
-            },
-        );
-        for_each_panel(
-            width,
-            Backward {
-                supernodes,
-                values,
-                own: top.as_mut_slice(),
-                outside: &[],
-            },
-        );
+    /// The top's rows of `x`. Threads share its columns, which never meet.
+    fn top_parts(&self, x: &RowBlock) -> Vec<TopPart> {
+        let top = &self.structure.top;
+        let lanes = x.width() / LANES;
+        let parts = self.threads.clamp(1, lanes);
+        let part = |p: usize| {
+            let columns = p * lanes / parts * LANES..(p + 1) * lanes / parts * LANES;
+            let mut block = RowBlock::zeros(top.num_columns(), columns.len());
+            for j in 0..block.rows() {
+                block
+                    .row_mut(j)
+                    .copy_from_slice(&x.row(top.column(j))[columns.clone()]);
+            }
+            TopPart { columns, block }
+        };
+        (0..parts).map(part).collect()
     }
 
     /// What each piece works on.
@@ -188,17 +174,17 @@ impl CholeskyFactor {
                 piece,
                 values: its,
                 own,
-                outside: RowBlock::zeros(piece.boundary().len(), width),
+                outside: RowBlock::zeros(piece.boundary_in_top().len(), width),
             });
         }
         shares
     }
 
-    fn each(&self, shares: &mut [Share<'_>], work: impl Fn(&mut Share<'_>) + Sync + Send) {
+    fn each<T: Send>(&self, parts: &mut [T], work: impl Fn(&mut T) + Sync + Send) {
         if self.threads > 1 {
-            shares.par_iter_mut().with_max_len(1).for_each(work);
+            parts.par_iter_mut().with_max_len(1).for_each(work);
         } else {
-            shares.iter_mut().for_each(work);
+            parts.iter_mut().for_each(work);
         }
     }
 }
@@ -221,15 +207,13 @@ fn run(
         jobs.map(work).collect()
     };
     let remainders = remainders?;
-    let top = eliminate(
-        task,
-        &structure.top,
-        for_top,
-        (&structure.incoming, &remainders),
-    )?;
-    Ok(remainders
-        .iter()
-        .fold(top.pivots, |all, r| all.join(r.pivots)))
+    let entering = (&structure.incoming[..], &remainders[..]);
+    let top = if task.threads > 1 {
+        eliminate_by_levels(task, &structure.top, for_top, entering)?
+    } else {
+        eliminate(task, &structure.top, for_top, entering)?.pivots
+    };
+    Ok(remainders.iter().fold(top, |all, r| all.join(r.pivots)))
 }
 
 /// A piece, its part of the factor and of a block.
@@ -266,6 +250,56 @@ impl Share<'_> {
     }
 }
 
+/// Some columns of the top's rows of a block.
+struct TopPart {
+    columns: Range<usize>,
+    block: RowBlock,
+}
+
+impl TopPart {
+    /// Adds what a piece has done to its boundary.
+    fn add(&mut self, share: &Share<'_>) {
+        for (k, &row) in share.piece.boundary_in_top().iter().enumerate() {
+            let source = &share.outside.row(k)[self.columns.clone()];
+            for (t, v) in self.block.row_mut(row as usize).iter_mut().zip(source) {
+                *t += v;
+            }
+        }
+    }
+
+    /// Overwrites a piece's boundary by the solution there.
+    fn hand_down(&self, share: &mut Share<'_>) {
+        for (k, &row) in share.piece.boundary_in_top().iter().enumerate() {
+            share.outside.row_mut(k)[self.columns.clone()]
+                .copy_from_slice(self.block.row(row as usize));
+        }
+    }
+
+    fn solve(&mut self, factor: &CholeskyFactor) {
+        let supernodes = &factor.structure.top.supernodes;
+        let values = &factor.values[factor.values.len() - supernodes.num_values()..];
+        let width = self.columns.len();
+        for_each_panel(
+            width,
+            Forward {
+                supernodes,
+                values,
+                own: self.block.as_mut_slice(),
+                outside: &mut [],
+            },
+        );
+        for_each_panel(
+            width,
+            Backward {
+                supernodes,
+                values,
+                own: self.block.as_mut_slice(),
+                outside: &[],
+            },
+        );
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,7 +310,7 @@ mod tests {
         let laplacian = Laplacian::new(graph, LaplacianKind::Normalized).unwrap();
         let order = EliminationOrder::new(&laplacian, None);
         let mut l = PermutedLaplacian::default();
-        l.assign(&laplacian, &order);
+        l.assign(&laplacian, &order, 1);
         let factor = CholeskyFactor::analyze(&l, &order, threads, FactorBuffers::default());
         (l, factor.unwrap())
     }

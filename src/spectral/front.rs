@@ -25,8 +25,9 @@ const TILE: usize = 128;
 /// Multiplications of a front that loops without blocks handle best.
 const SMALL: usize = 30_000;
 
-/// Multiplications worth sharing among threads.
-const SHARED: usize = 4_000_000;
+/// Multiplications worth sharing among threads: a few milliseconds' worth, since it takes a rendezvous for
+/// every panel. Smaller fronts are shared out whole.
+const SHARED: usize = 50_000_000;
 
 /// A pivot that vanished, was not finite, or had the wrong sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -53,90 +53,47 @@ pub(super) fn eliminate(
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
-            let mut worker = Worker::new(task, piece);
-            worker.run(columns, incoming, others)
+            let mut worker = Worker {
+                fronts: Fronts::new(task, piece, (incoming, others)),
+                stack: Vec::new(),
+                pending: Vec::new(),
+            };
+            worker.run(columns)
         },
     )
 }
 
+/// The stack of updates.
 struct Worker<'a> {
-    task: Task<'a>,
-    piece: &'a Piece,
-    /// Row of the piece → row of the present front.
-    place: Vec<u32>,
+    fronts: Fronts<'a>,
     /// Updates of supernodes whose parent is still to come, and the pattern of each.
     stack: Vec<f64>,
     pending: Vec<(usize, u32)>,
-    signs: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
-impl<'a> Worker<'a> {
-    fn new(task: Task<'a>, piece: &'a Piece) -> Self {
-        Self {
-            task,
-            piece,
-            place: vec![0; piece.num_rows()],
-            stack: Vec::new(),
-            pending: Vec::new(),
-            signs: Vec::new(),
-            scratch: Vec::new(),
-        }
-    }
-
+impl Worker<'_> {
     #[inline(always)]
-    fn run(
-        &mut self,
-        mut columns: Columns<'_>,
-        incoming: &[Incoming],
-        others: &[Remainder],
-    ) -> Result<Remainder, BadPivot> {
+    fn run(&mut self, mut columns: Columns<'_>) -> Result<Remainder, BadPivot> {
         let mut pivots = Pivots::default();
-        let mut incoming = incoming.iter().peekable();
-        let mut scratch = std::mem::take(&mut self.scratch);
-        for s in 0..self.piece.supernodes.len() {
-            let shape = self.piece.supernodes.shape(s);
+        let mut scratch = Vec::new();
+        let supernodes = &self.fronts.piece.supernodes;
+        for s in 0..supernodes.len() {
+            let shape = supernodes.shape(s);
             let panel = match &mut columns {
-                Columns::Kept(values) => {
-                    let panel = &mut values[shape.values.clone()];
-                    panel.fill(0.0);
-                    panel
-                }
+                Columns::Kept(values) => &mut values[shape.values.clone()],
                 Columns::Forgotten => {
-                    scratch.clear();
                     scratch.resize(shape.values.len(), 0.0);
                     &mut scratch[..]
                 }
             };
-            for (k, &row) in shape.rows.iter().enumerate() {
-                self.place[row as usize] = (shape.size + k) as u32;
-            }
-            self.scatter_matrix(&shape, panel);
             let base = self.open(&shape);
             let (below, update) = self.stack.split_at_mut(base);
-            let mut front = Assembly {
-                shape: &shape,
-                place: &self.place,
-                panel,
-                update,
-            };
             let from = self.pending.len() - shape.children;
-            for &(start, child) in &self.pending[from..] {
-                let rows = self.piece.supernodes.shape(child as usize).rows;
-                front.add(rows, &below[start..]);
-            }
-            let end = (shape.first + shape.size) as u32;
-            while let Some(i) = incoming.next_if(|i| i.rows[0] < end) {
-                front.add(&i.rows, others[i.piece].update(i.root, i.rows.len()));
-            }
-            let mut front = Front {
-                size: shape.size,
-                panel: front.panel,
-                rest: shape.rows.len(),
-                update: front.update,
-            };
-            let found = front.eliminate(self.task.kind, &mut self.signs, self.task.threads)?;
-            pivots = pivots.join(found);
+            let children = self.pending[from..].iter().map(|&(start, child)| {
+                let rows = supernodes.shape(child as usize).rows;
+                (rows, &below[start..])
+            });
+            pivots = pivots.join(self.fronts.eliminate(&shape, panel, update, children)?);
             self.close(s, &shape, base, from);
         }
         Ok(Remainder {
@@ -144,27 +101,6 @@ impl<'a> Worker<'a> {
             starts: self.pending.iter().map(|&(start, _)| start).collect(),
             updates: std::mem::take(&mut self.stack),
         })
-    }
-
-    /// The supernode's columns of the matrix.
-    #[inline(always)]
-    fn scatter_matrix(&self, shape: &Shape<'_>, panel: &mut [f64]) {
-        let height = shape.height();
-        for c in 0..shape.size {
-            let j = self.piece.column(shape.first + c);
-            let column = &mut panel[c * height..(c + 1) * height];
-            column[c] = self.task.laplacian.diagonal(j) + self.task.shift;
-            let (rows, values) = self.task.laplacian.below(j);
-            for (&row, &value) in rows.iter().zip(values) {
-                let row = self.piece.local(row);
-                let at = if row < shape.first + shape.size {
-                    row - shape.first
-                } else {
-                    self.place[row] as usize
-                };
-                column[at] = value;
-            }
-        }
     }
 
     /// Room for the update, set to zero, above those of the children; returns where it starts.
@@ -192,47 +128,126 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// A front under assembly.
-struct Assembly<'a> {
-    shape: &'a Shape<'a>,
-    place: &'a [u32],
-    panel: &'a mut [f64],
-    update: &'a mut [f64],
+/// Assembles and eliminates one front after another.
+pub(super) struct Fronts<'a> {
+    task: Task<'a>,
+    pub(super) piece: &'a Piece,
+    incoming: &'a [Incoming],
+    others: &'a [Remainder],
+    /// Row of the piece → row of the present front.
+    place: Vec<u32>,
+    /// The same for the rows of the present child.
+    at: Vec<u32>,
+    signs: Vec<f64>,
 }
 
-impl Assembly<'_> {
-    /// Adds the lower triangle of a child's update, whose rows are `rows`.
+impl<'a> Fronts<'a> {
+    /// `incoming` are updates from other pieces, which `others` hold.
+    pub(super) fn new(
+        task: Task<'a>,
+        piece: &'a Piece,
+        (incoming, others): (&'a [Incoming], &'a [Remainder]),
+    ) -> Self {
+        Self {
+            task,
+            piece,
+            incoming,
+            others,
+            place: vec![0; piece.num_rows()],
+            at: Vec::new(),
+            signs: Vec::new(),
+        }
+    }
+
+    /// Eliminates a supernode: its columns of the factor overwrite `panel`, what it leaves to its parent
+    /// is added to `update`. `children` are their rows and updates, in order.
     #[inline(always)]
-    fn add(&mut self, rows: &[u32], child: &[f64]) {
-        let (first, size) = (self.shape.first, self.shape.size);
-        let (count, height, rest) = (rows.len(), self.shape.height(), self.shape.rows.len());
-        let place = |row: u32| {
-            let row = row as usize;
-            if row < first + size {
-                row - first
-            } else {
-                self.place[row] as usize
-            }
+    pub(super) fn eliminate<'b>(
+        &mut self,
+        shape: &Shape<'_>,
+        panel: &mut [f64],
+        update: &mut [f64],
+        children: impl Iterator<Item = (&'b [u32], &'b [f64])>,
+    ) -> Result<Pivots, BadPivot> {
+        for c in 0..shape.size {
+            self.place[shape.first + c] = c as u32;
+        }
+        for (k, &row) in shape.rows.iter().enumerate() {
+            self.place[row as usize] = (shape.size + k) as u32;
+        }
+        panel.fill(0.0);
+        self.scatter_matrix(shape, panel);
+        for (rows, child) in children {
+            self.add(shape, panel, update, (rows, child));
+        }
+        let end = (shape.first + shape.size) as u32;
+        let enters = |i: &Incoming, column: usize| (i.rows[0] as usize) < column;
+        let first = self.incoming.partition_point(|i| enters(i, shape.first));
+        for i in self.incoming[first..]
+            .iter()
+            .take_while(|i| i.rows[0] < end)
+        {
+            let child = self.others[i.piece].update(i.root, i.rows.len());
+            self.add(shape, panel, update, (&i.rows, child));
+        }
+        let mut front = Front {
+            size: shape.size,
+            panel,
+            rest: shape.rows.len(),
+            update,
         };
-        for (j, &column) in rows.iter().enumerate() {
-            let source = &child[j * count + j..(j + 1) * count];
-            let at = place(column);
-            let (target, offset) = if at < size {
-                (&mut self.panel[at * height..(at + 1) * height], 0)
+        front.eliminate(self.task.kind, &mut self.signs, self.task.threads)
+    }
+
+    /// The supernode's columns of the matrix.
+    #[inline(always)]
+    fn scatter_matrix(&self, shape: &Shape<'_>, panel: &mut [f64]) {
+        let height = shape.height();
+        for c in 0..shape.size {
+            let j = self.piece.column(shape.first + c);
+            let column = &mut panel[c * height..(c + 1) * height];
+            column[c] = self.task.laplacian.diagonal(j) + self.task.shift;
+            let (rows, values) = self.task.laplacian.below(j);
+            for (&row, &value) in rows.iter().zip(values) {
+                column[self.place[self.piece.local(row)] as usize] = value;
+            }
+        }
+    }
+
+    /// Adds the lower triangle of a child's update, column by column.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        shape: &Shape<'_>,
+        panel: &mut [f64],
+        update: &mut [f64],
+        (rows, child): (&[u32], &[f64]),
+    ) {
+        let (size, height, rest) = (shape.size, shape.height(), shape.rows.len());
+        self.at.clear();
+        self.at
+            .extend(rows.iter().map(|&row| self.place[row as usize]));
+        let Some(&high) = self.at.last() else {
+            return;
+        };
+        for (j, source) in child.chunks_exact(rows.len()).take(rows.len()).enumerate() {
+            let (source, at) = (&source[j..], &self.at[j..]);
+            let low = at[0] as usize;
+            let (target, offset) = if low < size {
+                (&mut panel[low * height..(low + 1) * height], 0)
             } else {
-                let column = at - size;
-                (&mut self.update[column * rest..(column + 1) * rest], size)
+                let column = low - size;
+                (&mut update[column * rest..(column + 1) * rest], size)
             };
-            let low = at - offset;
-            let high = place(rows[count - 1]) - offset;
-            if high - low + 1 == source.len() {
+            if high as usize - low + 1 == source.len() {
                 // The rows are consecutive in the front.
-                for (t, v) in target[low..=high].iter_mut().zip(source) {
+                let target = &mut target[low - offset..][..source.len()];
+                for (t, v) in target.iter_mut().zip(source) {
                     *t += v;
                 }
             } else {
-                for (&row, v) in rows[j..].iter().zip(source) {
-                    target[place(row) - offset] += v;
+                for (&row, v) in at.iter().zip(source) {
+                    target[row as usize - offset] += v;
                 }
             }
         }

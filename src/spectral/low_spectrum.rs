@@ -154,6 +154,8 @@ impl LowSpectrum {
 
     /// The pairs of the last refresh, for keeps.
     pub fn into_eigenpairs(mut self) -> Option<Eigenpairs> {
+        // The vectors are copied out; the factor and the scratch block need not be there beside them.
+        self.workspace = Workspace::default();
         self.eigenpairs()?;
         self.solved.take()?.pairs.into_inner()
     }

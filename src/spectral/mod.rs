@@ -40,6 +40,7 @@ mod frozen;
 mod kept;
 mod lanczos;
 mod laplacian;
+mod levels;
 mod low_spectrum;
 mod minimum_degree;
 mod null_space;
@@ -62,6 +63,7 @@ mod solver;
 mod start;
 mod subspace;
 mod supernodes;
+mod tiles;
 mod track;
 mod triangular;
 

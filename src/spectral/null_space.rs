@@ -201,7 +201,7 @@ mod tests {
             let laplacian = Laplacian::new(&graph, kind).unwrap();
             let order = EliminationOrder::new(&laplacian, None);
             let mut l = PermutedLaplacian::default();
-            l.assign(&laplacian, &order);
+            l.assign(&laplacian, &order, 1);
             let null = NullSpace::new(&laplacian, &order);
             assert_eq!(null.dim(), 3);
 

@@ -5,6 +5,7 @@ use super::elimination::EliminationOrder;
 use super::simd::{self, Panel, PanelKernel};
 use super::{Laplacian, SymmetricOperator};
 use pulp::Simd;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// L with rows and columns in elimination order, by rows with sorted columns; every diagonal entry
@@ -19,36 +20,50 @@ pub(super) struct PermutedLaplacian {
 }
 
 impl PermutedLaplacian {
-    /// Writes `laplacian` out in `order`, reusing memory. Cost: O(n + nnz).
-    ///
-    /// Columns are dealt out to the rows in ascending order, so that no row needs sorting.
-    pub(super) fn assign(&mut self, laplacian: &Laplacian<'_>, order: &EliminationOrder) {
+    /// Writes `laplacian` out in `order`, reusing memory. Cost: O(n + nnz), and the sorting of rows.
+    pub(super) fn assign(
+        &mut self,
+        laplacian: &Laplacian<'_>,
+        order: &EliminationOrder,
+        threads: usize,
+    ) {
         let n = laplacian.dim();
         self.count(laplacian, order);
         let length = self.starts[n] as usize;
         self.columns.resize(length, 0);
         self.values.resize(length, 0.0);
         self.diagonals.resize(n, 0);
-        let mut cursor = self.starts.clone();
-        for c in 0..n {
-            let u = order.node[c] as usize;
-            let at = cursor[c];
-            cursor[c] += 1;
-            self.diagonals[c] = at;
-            self.columns[at as usize] = c as u32;
-            self.values[at as usize] = laplacian.diagonal(u);
-            let (neighbors, weights) = laplacian.row(u);
-            for (&v, &w) in neighbors.iter().zip(weights) {
-                if v as usize == u {
-                    continue;
-                }
-                let r = order.position[v as usize] as usize;
-                let at = cursor[r] as usize;
-                cursor[r] += 1;
-                self.columns[at] = c as u32;
-                self.values[at] = laplacian.off_diagonal(u, v as usize, w);
-            }
+        let stretches = self.stretches();
+        let write = |stretch: Stretch<'_>| stretch.write(laplacian, order);
+        if threads > 1 {
+            stretches.into_par_iter().for_each(write);
+        } else {
+            stretches.into_iter().for_each(write);
         }
+    }
+
+    /// Stretches of rows with their parts of the arrays.
+    fn stretches(&mut self) -> Vec<Stretch<'_>> {
+        let n = self.diagonals.len();
+        let (mut columns, mut values) = (&mut self.columns[..], &mut self.values[..]);
+        let diagonals = self.diagonals.chunks_mut(simd::STRETCH).enumerate();
+        let stretch = |(s, diagonals)| {
+            let first = s * simd::STRETCH;
+            let starts = &self.starts[first..n.min(first + simd::STRETCH) + 1];
+            let length = (starts[starts.len() - 1] - starts[0]) as usize;
+            let (own_columns, after) = std::mem::take(&mut columns).split_at_mut(length);
+            columns = after;
+            let (own_values, after) = std::mem::take(&mut values).split_at_mut(length);
+            values = after;
+            Stretch {
+                first,
+                starts,
+                diagonals,
+                columns: own_columns,
+                values: own_values,
+            }
+        };
+        diagonals.map(stretch).collect()
     }
 
     fn count(&mut self, laplacian: &Laplacian<'_>, order: &EliminationOrder) {
@@ -152,6 +167,44 @@ impl PermutedLaplacian {
     }
 }
 
+/// Some rows that are being written.
+struct Stretch<'a> {
+    first: usize,
+    /// Where each row starts, and where the last one ends.
+    starts: &'a [u32],
+    diagonals: &'a mut [u32],
+    columns: &'a mut [u32],
+    values: &'a mut [f64],
+}
+
+impl Stretch<'_> {
+    fn write(self, laplacian: &Laplacian<'_>, order: &EliminationOrder) {
+        let mut row: Vec<(u32, f64)> = Vec::new();
+        let begin = self.starts[0];
+        for (i, diagonal) in self.diagonals.iter_mut().enumerate() {
+            let r = (self.first + i) as u32;
+            let u = order.node[r as usize];
+            row.clear();
+            row.push((r, laplacian.diagonal(u as usize)));
+            let (neighbors, weights) = laplacian.row(u as usize);
+            for (&v, &w) in neighbors.iter().zip(weights).filter(|&(&v, _)| v != u) {
+                let value = laplacian.off_diagonal(u as usize, v as usize, w);
+                row.push((order.position[v as usize], value));
+            }
+            row.sort_unstable_by_key(|&(column, _)| column);
+            let at = (self.starts[i] - begin) as usize..(self.starts[i + 1] - begin) as usize;
+            let columns = self.columns[at.clone()].iter_mut();
+            let entries = columns.zip(&mut self.values[at]).zip(&row);
+            for (k, ((column, value), &entry)) in entries.enumerate() {
+                (*column, *value) = entry;
+                if *column == r {
+                    *diagonal = self.starts[i] + k as u32;
+                }
+            }
+        }
+    }
+}
+
 /// y ← L x for a stretch of rows.
 struct Product<'a> {
     matrix: &'a PermutedLaplacian,
@@ -234,7 +287,7 @@ mod tests {
         let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
         let order = EliminationOrder::new(&laplacian, None);
         let mut permuted = PermutedLaplacian::default();
-        permuted.assign(&laplacian, &order);
+        permuted.assign(&laplacian, &order, 1);
         let dense = laplacian.to_dense();
         let expected = |i: usize, j: usize| {
             dense[(order.node[i] as usize, order.node[j] as usize)] + if i == j { 0.5 } else { 0.0 }
@@ -268,6 +321,29 @@ mod tests {
                 })
                 .sum();
             assert!((found[c] - sum).abs() < 1e-12 * sum);
+        }
+    }
+
+    #[test]
+    fn stretches_are_written_alike_by_any_number_of_threads() {
+        let graph = testing::disjoint(&[testing::grid(60, 80), testing::star(40)]);
+        let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized).unwrap();
+        let order = EliminationOrder::new(&laplacian, None);
+        let assigned = |threads| {
+            let mut permuted = PermutedLaplacian::default();
+            permuted.assign(&laplacian, &order, threads);
+            permuted
+        };
+        let (one, several) = (assigned(1), assigned(3));
+        assert_eq!(one.columns, several.columns);
+        assert_eq!(one.values, several.values);
+        assert_eq!(one.diagonals, several.diagonals);
+        for r in 0..one.dim() {
+            let columns = &one.columns[one.row(r)];
+            assert!(columns.is_sorted());
+            assert_eq!(one.columns[one.diagonals[r] as usize] as usize, r);
+            let degree = laplacian.row(order.node[r] as usize).0.len();
+            assert_eq!(columns.len(), degree + 1);
         }
     }
 }

@@ -31,6 +31,8 @@ pub(super) struct Piece {
     columns: Columns,
     /// Rows outside, ascending, in the numbering of the matrix.
     boundary: Vec<u32>,
+    /// The same rows in the numbering of the top.
+    in_top: Vec<u32>,
     pub(super) supernodes: Supernodes,
     /// Supernodes whose parents are outside.
     pub(super) roots: Vec<u32>,
@@ -64,14 +66,14 @@ impl Pieces {
         threads: usize,
     ) -> Option<Self> {
         let (stretches, top) = cut(parent);
-        let piece = |stretch: &Range<usize>| Piece::below(laplacian, stretch.clone());
+        let piece = |stretch: &Range<usize>| Piece::below(laplacian, stretch.clone(), &top);
         let pieces: Option<Vec<Piece>> = if threads > 1 {
             stretches.par_iter().map(piece).collect()
         } else {
             stretches.iter().map(piece).collect()
         };
         let pieces = pieces?;
-        let incoming = incoming(&pieces, &top);
+        let incoming = incoming(&pieces);
         let top = Piece::top(laplacian, top, &incoming)?;
         Some(Self {
             pieces,
@@ -87,7 +89,7 @@ impl Pieces {
 }
 
 impl Piece {
-    fn below(laplacian: &PermutedLaplacian, columns: Range<usize>) -> Option<Self> {
+    fn below(laplacian: &PermutedLaplacian, columns: Range<usize>, top: &[u32]) -> Option<Self> {
         let first = columns.start as u32;
         let mut supernodes = Supernodes::new(
             columns.len(),
@@ -114,6 +116,7 @@ impl Piece {
         boundary.iter_mut().for_each(|row| *row += first);
         Some(Self {
             columns: Columns::Stretch(columns),
+            in_top: boundary.iter().map(|&row| index_in(top, row)).collect(),
             boundary,
             supernodes,
             roots,
@@ -135,6 +138,7 @@ impl Piece {
         Some(Self {
             columns: Columns::Scattered(columns),
             boundary: Vec::new(),
+            in_top: Vec::new(),
             supernodes,
             roots: Vec::new(),
         })
@@ -158,9 +162,9 @@ impl Piece {
         }
     }
 
-    /// Rows of the boundary in the numbering of the matrix.
-    pub(super) fn boundary(&self) -> &[u32] {
-        &self.boundary
+    /// Rows of the boundary in the numbering of the top, ascending.
+    pub(super) fn boundary_in_top(&self) -> &[u32] {
+        &self.in_top
     }
 
     pub(super) fn num_columns(&self) -> usize {
@@ -207,13 +211,13 @@ fn cut(parent: &[u32]) -> (Vec<Range<usize>>, Vec<u32>) {
 }
 
 /// What leaves the pieces, by the column of the top where it enters.
-fn incoming(pieces: &[Piece], top: &[u32]) -> Vec<Incoming> {
+fn incoming(pieces: &[Piece]) -> Vec<Incoming> {
     let mut all = Vec::new();
     for (p, piece) in pieces.iter().enumerate() {
         let own = piece.num_columns();
         for (root, &s) in piece.roots.iter().enumerate() {
             let rows = piece.supernodes.shape(s as usize).rows;
-            let in_top = |&row: &u32| index_in(top, piece.boundary[row as usize - own]);
+            let in_top = |&row: &u32| piece.in_top[row as usize - own];
             all.push(Incoming {
                 piece: p,
                 root,

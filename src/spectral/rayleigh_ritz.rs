@@ -8,9 +8,8 @@ use super::SpectralError;
 use super::block::RowBlock;
 use super::dense::symmetric_eigen;
 use super::simd;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
-use std::ops::Range;
+use super::tiles::{CACHED_ROWS, add_upper_product, multiply};
+use faer::Mat;
 
 /// Eigenvalues of the scaled Gram matrix below this are noise.
 const RANK_TOLERANCE: f64 = 1e-13;
@@ -62,66 +61,64 @@ fn whitening(gram: &Mat<f64>) -> Result<(Mat<f64>, f64), SpectralError> {
 
 /// XᵀX, summed over stretches of rows in fixed order.
 pub(super) fn gram(x: &RowBlock, threads: usize) -> Mat<f64> {
-    summed(x, threads, |rows| stretch_product(x, x, rows))
+    let [gram] = upper_products(x, [x], threads);
+    gram
 }
 
-/// XᵀX and XᵀY side by side (width × 2 width), while a stretch of X is in cache.
+/// XᵀX and the symmetric part on and above the diagonal of XᵀY, for a Y = M X with symmetric M, while
+/// rows of X are in cache.
 pub(super) fn gram_and_product(x: &RowBlock, y: &RowBlock, threads: usize) -> (Mat<f64>, Mat<f64>) {
-    let width = x.width();
-    let both = summed(x, threads, |rows| {
-        let mut both = Mat::zeros(width, 2 * width);
-        both.subcols_mut(0, width)
-            .copy_from(stretch_product(x, x, rows.clone()));
-        both.subcols_mut(width, width)
-            .copy_from(stretch_product(x, y, rows));
-        both
-    });
-    let part = |first| both.subcols(first, width).to_owned();
-    (part(0), part(width))
+    let [gram, product] = upper_products(x, [x, y], threads);
+    (gram, product)
 }
 
-fn summed(
+/// The symmetric matrices that agree with XᵀY on and above the diagonal.
+fn upper_products<const N: usize>(
     x: &RowBlock,
+    others: [&RowBlock; N],
     threads: usize,
-    part: impl Fn(Range<usize>) -> Mat<f64> + Sync,
-) -> Mat<f64> {
-    let parts = simd::map_stretches(x.rows(), threads, part);
-    let sum = parts.into_iter().reduce(|sum, part| sum + part);
-    sum.expect("a block has rows")
-}
-
-/// The part of XᵀY that some rows contribute.
-fn stretch_product(x: &RowBlock, y: &RowBlock, rows: Range<usize>) -> Mat<f64> {
+) -> [Mat<f64>; N] {
     let width = x.width();
-    let range = rows.start * width..rows.end * width;
-    let x = MatRef::from_column_major_slice(&x.as_slice()[range.clone()], width, rows.len());
-    let y = MatRef::from_row_major_slice(&y.as_slice()[range], rows.len(), width);
-    let mut product = Mat::zeros(width, width);
-    matmul(product.as_mut(), Accum::Replace, x, y, 1.0, Par::Seq);
-    product
+    let parts = simd::map_stretches(x.rows(), threads, |stretch| {
+        let mut sums = vec![0.0; N * width * width];
+        for start in stretch.clone().step_by(CACHED_ROWS) {
+            let range = start * width..stretch.end.min(start + CACHED_ROWS) * width;
+            for (y, sums) in others.iter().zip(sums.chunks_exact_mut(width * width)) {
+                let (x, y) = (&x.as_slice()[range.clone()], &y.as_slice()[range.clone()]);
+                add_upper_product(x, y, width, sums);
+            }
+        }
+        sums
+    });
+    let sums = simd::add_up(parts, N * width * width);
+    std::array::from_fn(|n| {
+        let sums = &sums[n * width * width..];
+        Mat::from_fn(width, width, |i, j| sums[i.min(j) * width + i.max(j)])
+    })
 }
 
 /// X ← X C, with zero columns where C has fewer columns than X; columns of X beyond the rows of C do
-/// not count. `scratch` is overwritten.
-pub(super) fn rotate(
-    x: &mut RowBlock,
-    coefficients: &Mat<f64>,
-    scratch: &mut RowBlock,
-    threads: usize,
-) {
+/// not count.
+pub(super) fn rotate(x: &mut RowBlock, coefficients: &Mat<f64>, threads: usize) {
     let width = x.width();
-    let mut square = Mat::zeros(width, width);
-    square
-        .submatrix_mut(0, 0, coefficients.nrows(), coefficients.ncols())
-        .copy_from(coefficients);
-    scratch.reshape(x.rows(), width);
-    simd::for_each_stretch_mut(scratch.as_mut_slice(), width, threads, |rows, new| {
-        let old = &x.as_slice()[rows.start * width..rows.end * width];
-        let old = MatRef::from_column_major_slice(old, width, rows.len());
-        let new = MatMut::from_column_major_slice_mut(new, width, rows.len());
-        matmul(new, Accum::Replace, square.transpose(), old, 1.0, Par::Seq);
+    let mut square = vec![0.0; width * width];
+    for (i, row) in square
+        .chunks_exact_mut(width)
+        .take(coefficients.nrows())
+        .enumerate()
+    {
+        for (j, c) in row.iter_mut().take(coefficients.ncols()).enumerate() {
+            *c = coefficients[(i, j)];
+        }
+    }
+    simd::for_each_stretch_mut(x.as_mut_slice(), width, threads, |_, rows| {
+        let mut old = Vec::with_capacity(CACHED_ROWS * width);
+        for rows in rows.chunks_mut(CACHED_ROWS * width) {
+            old.clear();
+            old.extend_from_slice(rows);
+            multiply(&old, &square, width, rows);
+        }
     });
-    std::mem::swap(x, scratch);
 }
 
 #[cfg(test)]
@@ -149,27 +146,27 @@ mod tests {
 
     #[test]
     fn products_and_rotations_of_blocks_equal_those_of_matrices() {
-        let mut x = RowBlock::zeros(5000, 8);
-        let mut y = RowBlock::zeros(5000, 8);
-        for (i, (a, b)) in x
-            .as_mut_slice()
-            .iter_mut()
-            .zip(y.as_mut_slice())
-            .enumerate()
-        {
-            (*a, *b) = ((i as f64).sin(), (i as f64 * 0.3).cos());
+        let n = 2 * simd::STRETCH + 77;
+        for width in [8, 24, 40, 136] {
+            let (mut x, mut y) = (RowBlock::zeros(n, width), RowBlock::zeros(n, width));
+            for i in 0..n {
+                for j in 0..width {
+                    x.row_mut(i)[j] = (((i * 131 + j * 7919) % 1009) as f64 / 1009.0 - 0.5) / 64.0;
+                    y.row_mut(i)[j] = (i % 5) as f64 * x.row(i)[j];
+                }
+            }
+            let expected = x.as_mat().transpose() * y.as_mat();
+            for threads in [1, 4] {
+                let (gram, product) = gram_and_product(&x, &y, threads);
+                assert!((product - &expected).norm_max() < 1e-13);
+                assert!((&gram - x.as_mat().transpose() * x.as_mat()).norm_max() < 1e-13);
+                assert_eq!(gram, super::gram(&x, threads));
+            }
+            let c = Mat::from_fn(width, width - 3, |i, j| ((i + 2 * j) % 9) as f64);
+            let expected = x.as_mat() * &c;
+            rotate(&mut x, &c, 1);
+            assert!((x.as_mat().subcols(0, width - 3) - expected).norm_max() < 1e-13);
+            assert_eq!(x.as_mat().subcols(width - 3, 3).norm_max(), 0.0);
         }
-        let expected = x.as_mat().transpose() * y.as_mat();
-        for threads in [1, 4] {
-            let (gram, product) = gram_and_product(&x, &y, threads);
-            assert!((product - &expected).norm_max() < 1e-9);
-            assert!((&gram - x.as_mat().transpose() * x.as_mat()).norm_max() < 1e-9);
-            assert_eq!(gram, super::gram(&x, threads));
-        }
-        let c = Mat::from_fn(8, 5, |i, j| (i + 2 * j) as f64);
-        let expected = x.as_mat() * &c;
-        rotate(&mut x, &c, &mut y, 1);
-        assert!((x.as_mat().subcols(0, 5) - expected).norm_max() < 1e-10);
-        assert_eq!(x.as_mat().subcols(5, 3).norm_max(), 0.0);
     }
 }

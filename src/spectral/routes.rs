@@ -94,7 +94,7 @@ impl LowSpectrum {
         rng: &mut ChaCha8Rng,
     ) -> Result<Solved, SpectralError> {
         let permuted = &mut self.workspace.permuted;
-        permuted.assign(problem.laplacian, problem.order);
+        permuted.assign(problem.laplacian, problem.order, self.params.threads);
         let wanted = problem.wanted();
         let usual = block_width(wanted);
         let kept = self.kept.take().filter(|_| warm);

@@ -62,23 +62,33 @@ impl<K: PanelKernel> WithSimd for Panels<K> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let stride = self.width / S::F64_LANES;
-        let mut panel = Panel { stride, first: 0 };
-        while panel.first < stride {
-            let left = stride - panel.first;
-            // Even shares: 7 registers are 4 + 3 rather than 6 + 1.
-            let vectors = left.div_ceil(left.div_ceil(MOST_VECTORS));
-            match vectors {
-                1 => self.kernel.run::<S, 1>(simd, panel),
-                2 => self.kernel.run::<S, 2>(simd, panel),
-                3 => self.kernel.run::<S, 3>(simd, panel),
-                4 => self.kernel.run::<S, 4>(simd, panel),
-                5 => self.kernel.run::<S, 5>(simd, panel),
-                _ => self.kernel.run::<S, 6>(simd, panel),
-            }
-            panel.first += vectors;
+        run_panels(simd, Panel { stride, first: 0 }, MOST_VECTORS, self.kernel);
+    }
+}
+
+/// Runs `kernel` on panels of at most `most` (≤ 6) registers, from `panel` to the end of the rows.
+#[inline(always)]
+pub(super) fn run_panels<S: Simd, K: PanelKernel>(
+    simd: S,
+    mut panel: Panel,
+    most: usize,
+    mut kernel: K,
+) {
+    while panel.first < panel.stride {
+        let left = panel.stride - panel.first;
+        // Even shares: 7 registers are 4 + 3 rather than 6 + 1.
+        let vectors = left.div_ceil(left.div_ceil(most));
+        match vectors {
+            1 => kernel.run::<S, 1>(simd, panel),
+            2 => kernel.run::<S, 2>(simd, panel),
+            3 => kernel.run::<S, 3>(simd, panel),
+            4 => kernel.run::<S, 4>(simd, panel),
+            5 => kernel.run::<S, 5>(simd, panel),
+            _ => kernel.run::<S, 6>(simd, panel),
         }
+        panel.first += vectors;
     }
 }
 

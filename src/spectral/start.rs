@@ -56,38 +56,20 @@ pub(super) fn start_block(
 /// The chosen columns (null vectors first, then Ritz vectors) as functions on nodes, scaled for the
 /// new degrees; behind them `noise`, row by row, or zeros.
 fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], noise: &[f64], x: &mut RowBlock) {
-    let nulls = kept.null_space.dim();
-    let (null_columns, ritz_columns) = columns.split_at(columns.partition_point(|&c| c < nulls));
-    let scales = kept.null_space.scales();
-    let owners = if null_columns.is_empty() {
-        Vec::new()
-    } else {
-        kept.null_space.owners()
-    };
+    let source = Source::new(kept, columns);
+    let scales = grown.null_space.scales();
     let width = x.width();
     let fresh = noise.len() / x.rows();
     simd::for_each_stretch_mut(x.as_mut_slice(), width, grown.threads, |rows, x| {
-        let nodes = &grown.order.node[rows.clone()];
-        for ((row, &u), i) in x.chunks_exact_mut(width).zip(nodes).zip(rows) {
-            row.fill(0.0);
-            row[width - fresh..].copy_from_slice(&noise[i * fresh..(i + 1) * fresh]);
-            let Some(&from) = kept.position.get(u as usize) else {
-                continue;
-            };
-            let from = from as usize;
-            let factor = grown.laplacian.scale(u as usize) / scales[from];
-            let (null, ritz) = row.split_at_mut(null_columns.len());
-            for (v, &c) in null.iter_mut().zip(null_columns) {
-                if owners[from] as usize == c {
-                    *v = factor * kept.null_space.entries()[from];
-                }
+        for (row, i) in x.chunks_exact_mut(width).zip(rows) {
+            let (own, rest) = row.split_at_mut(columns.len());
+            if fresh > 0 {
+                rest.copy_from_slice(&noise[i * fresh..(i + 1) * fresh]);
+            } else {
+                rest.fill(0.0);
             }
-            if ritz_columns.is_empty() {
-                continue;
-            }
-            let old = kept.block.row(from);
-            for (v, &c) in ritz.iter_mut().zip(ritz_columns) {
-                *v = factor * old[c - nulls];
+            if let Some(&from) = kept.position.get(grown.order.node[i] as usize) {
+                source.copy(from as usize, scales[i], own);
             }
         }
     });
@@ -97,6 +79,55 @@ fn gather(kept: &Kept, grown: Grown<'_>, columns: &[usize], noise: &[f64], x: &m
         (kept.nodes(), columns.len()),
         x,
     );
+}
+
+/// The chosen columns of what was kept.
+struct Source<'a> {
+    kept: &'a Kept,
+    scales: Vec<f64>,
+    /// Component of each row; empty if no null vector was chosen.
+    owners: Vec<u32>,
+    nulls: &'a [usize],
+    ritz: Vec<usize>,
+}
+
+impl<'a> Source<'a> {
+    fn new(kept: &'a Kept, columns: &'a [usize]) -> Self {
+        let nulls = kept.null_space.dim();
+        let (null_columns, ritz) = columns.split_at(columns.partition_point(|&c| c < nulls));
+        let owners = (!null_columns.is_empty()).then(|| kept.null_space.owners());
+        Self {
+            kept,
+            scales: kept.null_space.scales(),
+            owners: owners.unwrap_or_default(),
+            nulls: null_columns,
+            ritz: ritz.iter().map(|c| c - nulls).collect(),
+        }
+    }
+
+    /// Overwrites `row` by kept row `from`, for a node whose scale is now `scale`.
+    fn copy(&self, from: usize, scale: f64, row: &mut [f64]) {
+        let factor = scale / self.scales[from];
+        let (null, ritz) = row.split_at_mut(self.nulls.len());
+        for (v, &c) in null.iter_mut().zip(self.nulls) {
+            let is_own = self.owners[from] as usize == c;
+            *v = f64::from(is_own) * factor * self.kept.null_space.entries()[from];
+        }
+        let (Some(&first), Some(&last)) = (self.ritz.first(), self.ritz.last()) else {
+            return;
+        };
+        let old = &self.kept.block.row(from)[first..=last];
+        if old.len() == ritz.len() {
+            // Columns side by side, as they nearly always are: whole registers at a time.
+            for (v, old) in ritz.iter_mut().zip(old) {
+                *v = factor * old;
+            }
+        } else {
+            for (v, &c) in ritz.iter_mut().zip(&self.ritz) {
+                *v = factor * old[c - first];
+            }
+        }
+    }
 }
 
 /// Which of the first `count` columns, of about unit norm before projection, still add something to

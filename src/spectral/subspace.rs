@@ -116,7 +116,7 @@ pub(super) fn iterate(
             let finite = pairs.values.partition_point(|v| v.is_finite());
             let overlap = overlaps(x, finite, op.threads);
             if overlap.norm_max() <= SLIGHT * goal.tol {
-                rotate(x, &mended(&overlap), z, op.threads);
+                rotate(x, &mended(&overlap), op.threads);
             } else {
                 pairs = refined(op.laplacian, x, z, goal)?.0;
                 applications += 2 * x.width();
@@ -225,7 +225,7 @@ fn rayleigh_ritz(
     // XᵀLX without a product by L: LX = Z − σX, and the projection does not change it.
     let projected = product - faer::Scale(op.sigma) * &gram;
     let ritz = ritz(&gram, &projected)?;
-    rotate(x, &ritz.coefficients, z, op.threads);
+    rotate(x, &ritz.coefficients, op.threads);
     Ok((measured(op.laplacian, x, &ritz, goal), ritz.independence))
 }
 
@@ -243,7 +243,7 @@ pub(super) fn refined(
         return Err(SpectralError::NotFinite);
     }
     let ritz = ritz(&gram, &projected)?;
-    rotate(x, &ritz.coefficients, z, goal.threads);
+    rotate(x, &ritz.coefficients, goal.threads);
     Ok((measured(laplacian, x, &ritz, goal), ritz.independence))
 }
 

@@ -57,20 +57,13 @@ impl PanelKernel for Backward<'_> {
             let node = Node::new(self.supernodes.shape(s), self.values);
             let inside = node.rows_below(columns);
             let tiled = node.shape.size - node.shape.size % TILE;
-            for c in (0..tiled).step_by(TILE) {
-                node.backward_columns::<S, NV, TILE>(
-                    simd,
-                    panel,
-                    own,
-                    outside,
-                    (inside, columns),
-                    c,
-                );
+            let split = (inside, columns);
+            for c in (tiled..node.shape.size).rev() {
+                node.backward_columns::<S, NV, 1>(simd, panel, own, outside, split, c);
             }
-            for c in tiled..node.shape.size {
-                node.backward_columns::<S, NV, 1>(simd, panel, own, outside, (inside, columns), c);
+            for c in (0..tiled).step_by(TILE).rev() {
+                node.backward_columns::<S, NV, TILE>(simd, panel, own, outside, split, c);
             }
-            node.backward_triangle::<S, NV>(simd, panel, own);
         }
     }
 }
@@ -129,28 +122,54 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Column `c` from its diagonal down: 1 / C_cc, the rest of the triangle, the rectangle.
+    /// Column `c`: 1 / C_cc is its entry c, what is above has no meaning.
     #[inline(always)]
-    fn column(&self, c: usize) -> (f64, &'a [f64], &'a [f64]) {
-        let column = &self.values[c * self.height..(c + 1) * self.height];
-        let (triangle, rectangle) = column.split_at(self.shape.size);
-        (triangle[c], &triangle[c + 1..], rectangle)
+    fn column(&self, c: usize) -> &'a [f64] {
+        &self.values[c * self.height..(c + 1) * self.height]
     }
 
+    /// The triangle's part of the forward substitution.
     #[inline(always)]
     fn forward_triangle<S: Simd, const NV: usize>(&self, simd: S, panel: Panel, x: &mut [S::f64s]) {
+        let tiled = self.shape.size - self.shape.size % TILE;
+        for r in (0..tiled).step_by(TILE) {
+            self.forward_square::<S, NV, TILE>(simd, panel, x, r);
+        }
+        for r in tiled..self.shape.size {
+            self.forward_square::<S, NV, 1>(simd, panel, x, r);
+        }
+    }
+
+    /// Rows `r..r + R` of the triangle.
+    #[inline(always)]
+    fn forward_square<S: Simd, const NV: usize, const R: usize>(
+        &self,
+        simd: S,
+        panel: Panel,
+        x: &mut [S::f64s],
+        r: usize,
+    ) {
         let first = self.shape.first;
-        for c in 0..self.shape.size {
-            let (inverse, below, _) = self.column(c);
-            let inverse = simd.splat_f64s(inverse);
+        let mut sums = [[simd.splat_f64s(0.0); NV]; R];
+        for (t, sum) in sums.iter_mut().enumerate() {
+            *sum = panel.load(&*x, first + r + t);
+        }
+        for c in 0..r {
+            let l: &[f64; R] = self.column(c)[r..].first_chunk().expect("R values");
             let xc: [_; NV] = panel.load(&*x, first + c);
-            let xc = scaled(simd, xc, inverse);
-            panel.store(x, first + c, xc);
-            for (i, &l) in below.iter().enumerate() {
-                let i = first + c + 1 + i;
-                let xi: [_; NV] = panel.load(&*x, i);
-                panel.store(x, i, subtract(simd, xi, simd.splat_f64s(l), xc));
+            for t in 0..R {
+                sums[t] = subtract(simd, sums[t], simd.splat_f64s(l[t]), xc);
             }
+        }
+        for c in 0..R {
+            let l: &[f64; R] = self.column(r + c)[r..].first_chunk().expect("R values");
+            sums[c] = scaled(simd, sums[c], simd.splat_f64s(l[c]));
+            for t in c + 1..R {
+                sums[t] = subtract(simd, sums[t], simd.splat_f64s(l[t]), sums[c]);
+            }
+        }
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(x, first + r + t, sum);
         }
     }
 
@@ -215,8 +234,9 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The rectangle's part of the backward substitution, for `C` columns from `c` on; of its rows
-    /// the first `inside` are in `own`, the others, counted from `columns` on, in `outside`.
+    /// The backward substitution for `C` columns from `c` on, those after them being done; of the
+    /// rectangle's rows the first `inside` are in `own`, the others, counted from `columns` on, in
+    /// `outside`.
     #[inline(always)]
     fn backward_columns<S: Simd, const NV: usize, const C: usize>(
         &self,
@@ -227,12 +247,13 @@ impl<'a> Node<'a> {
         (inside, columns): (usize, usize),
         c: usize,
     ) {
-        let first = self.shape.first + c;
+        let (first, size) = (self.shape.first, self.shape.size);
         let mut sums = [[simd.splat_f64s(0.0); NV]; C];
+        let mut triangle: [&[f64]; C] = [&[]; C];
         let mut rectangle: [&[f64]; C] = [&[]; C];
         for t in 0..C {
-            sums[t] = panel.load(&*own, first + t);
-            rectangle[t] = self.column(c + t).2;
+            sums[t] = panel.load(&*own, first + c + t);
+            (triangle[t], rectangle[t]) = self.column(c + t).split_at(size);
         }
         let (near, far) = self.shape.rows.split_at(inside);
         for (r, &i) in near.iter().enumerate() {
@@ -247,28 +268,22 @@ impl<'a> Node<'a> {
                 sums[t] = subtract(simd, sums[t], simd.splat_f64s(rectangle[t][inside + r]), xi);
             }
         }
-        for (t, sum) in sums.into_iter().enumerate() {
-            panel.store(own, first + t, sum);
-        }
-    }
-
-    #[inline(always)]
-    fn backward_triangle<S: Simd, const NV: usize>(
-        &self,
-        simd: S,
-        panel: Panel,
-        x: &mut [S::f64s],
-    ) {
-        let first = self.shape.first;
-        for c in (0..self.shape.size).rev() {
-            let (inverse, below, _) = self.column(c);
-            let mut sum: [_; NV] = panel.load(&*x, first + c);
-            for (i, &l) in below.iter().enumerate() {
-                let xi = panel.load(&*x, first + c + 1 + i);
-                sum = subtract(simd, sum, simd.splat_f64s(l), xi);
+        for below in 0..size - (c + C) {
+            let r = c + C + below;
+            let xi: [_; NV] = panel.load(&*own, first + r);
+            for t in 0..C {
+                sums[t] = subtract(simd, sums[t], simd.splat_f64s(triangle[t][r]), xi);
             }
-            let inverse = simd.splat_f64s(inverse);
-            panel.store(x, first + c, scaled(simd, sum, inverse));
+        }
+        for t in (0..C).rev() {
+            for u in t + 1..C {
+                let l = simd.splat_f64s(triangle[t][c + u]);
+                sums[t] = subtract(simd, sums[t], l, sums[u]);
+            }
+            sums[t] = scaled(simd, sums[t], simd.splat_f64s(triangle[t][c + t]));
+        }
+        for (t, sum) in sums.into_iter().enumerate() {
+            panel.store(own, first + c + t, sum);
         }
     }
 }
