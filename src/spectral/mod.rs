@@ -26,6 +26,7 @@ mod assess;
 mod block;
 mod certify;
 mod dense;
+mod effort;
 mod eigenpairs;
 mod elimination;
 mod error;

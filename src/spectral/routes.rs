@@ -119,20 +119,19 @@ impl LowSpectrum {
                 .map_or(width, |kept| kept.width(wanted, width)),
         };
         let mut x = std::mem::take(&mut self.workspace.block);
-        let usual = kept.as_ref().map(|kept| kept.gain);
+        let needs = kept.as_ref().map(|kept| kept.needs.clone());
         let (found, spare) = search.run(kept, &mut factor, &mut x, rng)?;
         self.workspace.factor = factor.into_buffers();
         self.workspace.block = spare;
         let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
-        let needed = found.outcome.gain_needed;
-        let gain = Some((needed * usual.unwrap_or(needed)).sqrt());
+        let needs = needs.unwrap_or_default().and(found.outcome.gain_needed);
         let null_space = problem.null_space.clone();
         self.kept = Some(Kept::new(
             x,
             finite.copied().collect(),
             null_space,
             problem.order,
-            gain,
+            needs,
         ));
         Ok(solved(&found, problem))
     }
@@ -168,11 +167,16 @@ impl LowSpectrum {
     /// Keeps Ritz vectors that are in the user's numbering.
     fn keep_vectors(&mut self, problem: Problem<'_>, values: &[f64], vectors: &Mat<f64>) {
         if self.params.method == Method::Warm {
-            let gain = self.kept.as_ref().map(|k| k.gain);
+            let needs = self.kept.as_ref().map(|k| k.needs.clone());
             let null_space = problem.null_space.clone();
             let values = values.to_vec();
-            let kept =
-                Kept::from_vectors(vectors.as_ref(), values, null_space, problem.order, gain);
+            let kept = Kept::from_vectors(
+                vectors.as_ref(),
+                values,
+                null_space,
+                problem.order,
+                needs.unwrap_or_default(),
+            );
             self.kept = Some(kept);
         }
     }

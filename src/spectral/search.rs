@@ -2,6 +2,7 @@
 
 use super::block::RowBlock;
 use super::certify::count_missing;
+use super::effort::{Needs, round_cost};
 use super::elimination::EliminationOrder;
 use super::factor::CholeskyFactor;
 use super::kept::Kept;
@@ -21,8 +22,8 @@ const COLD_SHIFT: f64 = 1e-8;
 
 /// Shift of a warm start, relative to λ_k: a larger one evens out the filter's gains, so that more
 /// solves go between two Rayleigh–Ritz steps; a smaller one gains more per solve. Measured on grids,
-/// rooms and mazes of 1e4 nodes: 0.1 to 0.3 are within 2 % of each other, 0.5 costs 5 % more.
-const WARM_SHIFT: f64 = 0.2;
+/// rooms and mazes to 1e5 nodes: 0.05 to 0.2 are within 3 % of each other, 0.4 costs 8 % more.
+const WARM_SHIFT: f64 = 0.1;
 
 /// Least shift, relative to the bound of ‖L‖.
 const LEAST_SHIFT: f64 = 1e-13;
@@ -129,7 +130,7 @@ impl Search<'_> {
             cut: outcome.assessment.cut,
             wanted: outcome.values[self.wanted - 1],
             lowest: outcome.values[0],
-            gain: REPAIR_GAIN,
+            needs: Needs::of(REPAIR_GAIN),
         }
     }
 
@@ -149,6 +150,7 @@ impl Search<'_> {
             tol: self.params.tol,
             norm: self.laplacian.norm_bound(),
             max_restarts: self.params.max_restarts,
+            round_cost: round_cost(self.laplacian.dim(), self.order.fill),
         }
     }
 
@@ -212,7 +214,7 @@ impl Search<'_> {
             cut: value(self.width - 1),
             wanted: value(self.wanted - 1),
             lowest: value(0),
-            gain: COLD_GAIN,
+            needs: Needs::of(COLD_GAIN),
         };
         let solves = lanczos.len();
         if sigma > plan.wanted {
