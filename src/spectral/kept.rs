@@ -4,17 +4,11 @@
 //! nothing is copied until somebody needs it.
 
 use super::block::{LANES, RowBlock};
+use super::effort::Needs;
 use super::elimination::EliminationOrder;
 use super::null_space::NullSpace;
 use super::subspace::Plan;
 use faer::{Mat, MatRef};
-
-/// Reduction of residuals expected of a first update: what a growth of some per cent needs.
-const FIRST_GAIN: f64 = 30.0;
-
-/// Part of the usual reduction that the first filter aims at. Needs differ tenfold from one update to
-/// the next: a short second filter now and then costs less than a long first one every time.
-const AIM: f64 = 0.25;
 
 /// Eigenvalues closer than this, relative to their size, count as equal.
 const ONE_CLUSTER: f64 = 1e-3;
@@ -29,8 +23,8 @@ pub(super) struct Kept {
     pub(super) null_space: NullSpace,
     /// Row of each node.
     pub(super) position: Vec<u32>,
-    /// Reduction of residuals that updates have needed: a geometric mean, the last one for half.
-    pub(super) gain: f64,
+    /// What the last updates have needed.
+    pub(super) needs: Needs,
 }
 
 impl Kept {
@@ -40,14 +34,14 @@ impl Kept {
         values: Vec<f64>,
         null_space: NullSpace,
         order: &EliminationOrder,
-        gain: Option<f64>,
+        needs: Needs,
     ) -> Self {
         Self {
             block,
             values,
             null_space,
             position: order.position.clone(),
-            gain: gain.unwrap_or(FIRST_GAIN),
+            needs,
         }
     }
 
@@ -57,7 +51,7 @@ impl Kept {
         values: Vec<f64>,
         null_space: NullSpace,
         order: &EliminationOrder,
-        gain: Option<f64>,
+        needs: Needs,
     ) -> Self {
         let width = values.len().next_multiple_of(LANES);
         let mut block = RowBlock::zeros(vectors.nrows(), width);
@@ -69,7 +63,7 @@ impl Kept {
                 *v = vectors[(u, j)];
             }
         }
-        Self::new(block, values, null_space, order, gain)
+        Self::new(block, values, null_space, order, needs)
     }
 
     /// Nodes of the graph it belongs to.
@@ -95,16 +89,17 @@ impl Kept {
         }
     }
 
-    /// Guesses for a graph that has grown to `nodes`: low eigenvalues fall about as 1 / n.
+    /// Guesses for a graph that has grown to `nodes`: low eigenvalues fall about as 1 / n. The last
+    /// columns of the block, one of them random, are not counted upon.
     pub(super) fn plan(&self, nodes: usize, wanted: usize, width: usize) -> Plan {
         let shrink = self.nodes() as f64 / nodes as f64;
         let at = |j: usize| shrink * self.values[j.min(self.values.len() - 1)];
         let several = self.null_space.dim() > 1;
         Plan {
-            cut: at(width - 2).max(1.02 * at(wanted - 1)),
+            cut: at(width - 3).max(1.02 * at(wanted - 1)),
             wanted: at(wanted - 1),
             lowest: if several { 0.0 } else { at(0) },
-            gain: AIM * self.gain,
+            needs: self.needs.clone(),
         }
     }
 

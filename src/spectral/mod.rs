@@ -27,6 +27,7 @@ mod block;
 mod certify;
 mod chebyshev;
 mod dense;
+mod effort;
 mod eigenpairs;
 mod elimination;
 mod error;

@@ -15,6 +15,10 @@ use super::subspace::{
 };
 use rand_chacha::ChaCha8Rng;
 
+/// Part of the usual need that the first filter aims at: needs differ tenfold from one update to the next,
+/// and a short second filter now and then costs less than a long first one every time.
+const AIM: f64 = 0.25;
+
 /// L off its null space, in elimination order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Products<'a> {
@@ -29,12 +33,12 @@ impl Products<'_> {
         &self,
         (x, z): (&mut RowBlock, &mut RowBlock),
         goal: &Goal,
-        plan: Option<Plan>,
+        plan: Option<&Plan>,
         rng: &mut ChaCha8Rng,
     ) -> Result<Outcome, SpectralError> {
         let mut applications = 0;
         let mut filter = match plan {
-            Some(plan) => first_filter(&plan, goal.norm),
+            Some(plan) => first_filter(plan, goal.norm),
             None => {
                 randomize(x, 0, rng);
                 self.null_space.project_out(x, goal.threads);
@@ -78,7 +82,8 @@ impl Products<'_> {
 
 /// The filter for an update that begins with earlier vectors.
 pub(super) fn first_filter(plan: &Plan, norm: f64) -> ChebyshevFilter {
-    ChebyshevFilter::with_gain((plan.gain, plan.wanted), plan.cut, norm)
+    let gain = AIM * plan.needs.usual();
+    ChebyshevFilter::with_gain((gain, plan.wanted), plan.cut, norm)
 }
 
 /// The filter for what is still missing.

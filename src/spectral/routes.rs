@@ -124,8 +124,12 @@ impl LowSpectrum {
             params: &self.params,
             wanted,
             width,
+            factor_entries: factor.as_ref().map_or(0, CholeskyFactor::num_values),
         };
-        let usual_gain = kept.as_ref().map(|kept| kept.gain);
+        let needs = kept
+            .as_ref()
+            .map(|kept| kept.needs.clone())
+            .unwrap_or_default();
         let mut x = std::mem::take(&mut self.workspace.block);
         let (route, (found, spare)) = match factor {
             Some(mut factor) => {
@@ -135,20 +139,19 @@ impl LowSpectrum {
             }
             None => (
                 Route::Products,
-                search.run_without_factor(kept, plan, &mut x, rng)?,
+                search.run_without_factor(kept, plan.as_ref(), &mut x, rng)?,
             ),
         };
         self.workspace.block = spare;
         let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
-        let needed = found.outcome.gain_needed;
-        let gain = Some((needed * usual_gain.unwrap_or(needed)).sqrt());
+        let needs = needs.and(found.outcome.gain_needed);
         let null_space = problem.null_space.clone();
         self.kept = Some(Kept::new(
             x,
             finite.copied().collect(),
             null_space,
             problem.order,
-            gain,
+            needs,
         ));
         Ok(solved(route, &found, problem))
     }
@@ -156,11 +159,16 @@ impl LowSpectrum {
     /// Keeps Ritz vectors that are in the user's numbering.
     fn keep_vectors(&mut self, problem: Problem<'_>, values: &[f64], vectors: &Mat<f64>) {
         if self.params.method == Method::Warm {
-            let gain = self.kept.as_ref().map(|k| k.gain);
+            let needs = self.kept.as_ref().map(|k| k.needs.clone());
             let null_space = problem.null_space.clone();
             let values = values.to_vec();
-            let kept =
-                Kept::from_vectors(vectors.as_ref(), values, null_space, problem.order, gain);
+            let kept = Kept::from_vectors(
+                vectors.as_ref(),
+                values,
+                null_space,
+                problem.order,
+                needs.unwrap_or_default(),
+            );
             self.kept = Some(kept);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::block::RowBlock;
 use super::certify::count_missing;
+use super::effort::{Needs, round_cost};
 use super::elimination::EliminationOrder;
 use super::factor::CholeskyFactor;
 use super::kept::Kept;
@@ -19,8 +20,8 @@ const COLD_SHIFT: f64 = 1e-8;
 
 /// Shift of a warm start, relative to λ_k: a larger one evens out the filter's gains, so that more
 /// solves go between two Rayleigh–Ritz steps; a smaller one gains more per solve. Measured on grids,
-/// rooms and mazes of 1e4 nodes: 0.1 to 0.3 are within 2 % of each other, 0.5 costs 5 % more.
-const WARM_SHIFT: f64 = 0.2;
+/// rooms and mazes to 1e5 nodes: 0.05 to 0.2 are within 3 % of each other, 0.4 costs 8 % more.
+const WARM_SHIFT: f64 = 0.1;
 
 /// Least shift, relative to the bound of ‖L‖.
 const LEAST_SHIFT: f64 = 1e-13;
@@ -52,6 +53,8 @@ pub(super) struct Search<'a> {
     pub(super) wanted: usize,
     /// Columns of the block.
     pub(super) width: usize,
+    /// Numbers in the factor; 0 without one.
+    pub(super) factor_entries: usize,
 }
 
 /// Graphs up to this size are always proven complete by an inertia count, which costs a millisecond
@@ -120,7 +123,7 @@ impl Search<'_> {
     pub(super) fn run_without_factor(
         &self,
         kept: Option<Kept>,
-        plan: Option<Plan>,
+        plan: Option<&Plan>,
         x: &mut RowBlock,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Found, RowBlock), SpectralError> {
@@ -166,7 +169,7 @@ impl Search<'_> {
             cut: outcome.assessment.cut,
             wanted: outcome.values[self.wanted - 1],
             lowest: outcome.values[0],
-            gain: REPAIR_GAIN,
+            needs: Needs::of(REPAIR_GAIN),
         }
     }
 
@@ -187,6 +190,7 @@ impl Search<'_> {
             norm: self.laplacian.norm_bound(),
             max_restarts: self.params.max_restarts,
             threads: self.params.threads,
+            round_cost: round_cost(self.laplacian.dim(), self.factor_entries),
         }
     }
 
@@ -234,7 +238,7 @@ impl Search<'_> {
             cut: values[self.width - 1],
             wanted: values[self.wanted - 1],
             lowest: values[0],
-            gain: COLD_GAIN,
+            needs: Needs::of(COLD_GAIN),
         };
         if sigma > plan.wanted {
             sigma = self.factorize(factor, WARM_SHIFT * plan.wanted)?;

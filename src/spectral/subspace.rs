@@ -8,6 +8,7 @@
 use super::SpectralError;
 use super::assess::{Assessment, assess};
 use super::block::RowBlock;
+use super::effort::Needs;
 use super::filter::Filter;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
@@ -17,8 +18,8 @@ use faer::Mat;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// The next filter's gain on λ_k, relative to the reduction that is missing. Residuals fall by five to
-/// ten times the gain, since most of what is wrong lies well beyond the cut. Where that was too little
+/// The next filter's gain on λ_k, relative to the reduction that is missing: residuals fall by
+/// several times the gain, since part of what is wrong lies well beyond the cut. Where that was too little
 /// the filter after it aims [`RAISE`] times higher, and so on.
 pub(super) const MARGIN: f64 = 0.3;
 pub(super) const RAISE: f64 = 8.0;
@@ -31,6 +32,9 @@ pub(super) const INDEPENDENT: f64 = 1e-4;
 /// change of residuals worth measuring; beyond it the Rayleigh–Ritz step is repeated.
 const SLIGHT: f64 = 1e-4;
 
+/// Factors t in the first filter: a start block is full of modes far beyond the cut.
+const START_DAMPING: usize = 2;
+
 /// Share of low modes in the other columns of a start block.
 const START_ADMIXTURE: f64 = 0.03;
 
@@ -41,15 +45,15 @@ const LEAST_ADMIXTURE: f64 = 1e-8;
 const PATIENCE: usize = 5;
 
 /// What the first round starts from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Plan {
     /// Guess of the first eigenvalue that the block does not hold.
     pub(super) cut: f64,
     /// Guesses of λ_k and of the lowest eigenvalue that is not 0.
     pub(super) wanted: f64,
     pub(super) lowest: f64,
-    /// Reduction of residuals expected to be necessary.
-    pub(super) gain: f64,
+    /// Reductions of residuals that may be necessary.
+    pub(super) needs: Needs,
 }
 
 /// What is asked of an iteration.
@@ -62,6 +66,8 @@ pub(super) struct Goal {
     pub(super) norm: f64,
     pub(super) max_restarts: usize,
     pub(super) threads: usize,
+    /// What a round costs besides its filter, in block solves.
+    pub(super) round_cost: f64,
 }
 
 /// The Ritz pairs that a block holds after an iteration, and what they cost.
@@ -99,7 +105,7 @@ pub(super) fn iterate(
     plan: &Plan,
     rng: &mut ChaCha8Rng,
 ) -> Result<Outcome, SpectralError> {
-    let mut filter = first_filter(plan, op.sigma);
+    let mut filter = first_filter(plan, goal.round_cost, op.sigma);
     let first_gain = filter.gain(plan.wanted).max(1.0);
     let mut patience = Patience::default();
     let (mut applications, mut solves) = (0, 0);
@@ -113,10 +119,9 @@ pub(super) fn iterate(
         let hopeless = rounds > goal.max_restarts || patience.is_lost(pairs.assessment.excess);
         let last = hopeless || pairs.assessment.converged == goal.wanted;
         if last && independence < INDEPENDENT {
-            let finite = pairs.values.partition_point(|v| v.is_finite());
-            let overlap = overlaps(x, finite, op.threads);
+            let overlap = overlaps(x, goal.wanted, op.threads);
             if overlap.norm_max() <= SLIGHT * goal.tol {
-                rotate(x, &mended(&overlap), op.threads);
+                rotate(x, &mended(&overlap, x.width()), op.threads);
             } else {
                 pairs = refined(op.laplacian, x, z, goal)?.0;
                 applications += 2 * x.width();
@@ -190,9 +195,10 @@ impl Patience {
     }
 }
 
-fn first_filter(plan: &Plan, sigma: f64) -> Filter {
+fn first_filter(plan: &Plan, round_cost: f64, sigma: f64) -> Filter {
     let admixture = [(plan.lowest, START_ADMIXTURE)];
-    Filter::with_gain((plan.gain, plan.wanted), &admixture, plan.cut, sigma)
+    let family = Filter::family(&admixture, plan.cut, sigma, START_DAMPING);
+    plan.needs.cheapest(&family, plan.wanted, round_cost)
 }
 
 /// The filter for what is still missing. After a Rayleigh–Ritz step a mode is part of other columns
@@ -253,11 +259,14 @@ fn overlaps(x: &RowBlock, count: usize, threads: usize) -> Mat<f64> {
     gram.submatrix(0, 0, count, count) - Mat::<f64>::identity(count, count)
 }
 
-/// C with (XC)ᵀXC = I up to the square of the overlaps E: one step of Newton's iteration for the
-/// inverse square root, I − E / 2.
-fn mended(overlap: &Mat<f64>) -> Mat<f64> {
+/// C with (XC)ᵀXC = I up to the square of the overlaps E of the first columns: one step of Newton's
+/// iteration for the inverse square root, I − E / 2. Further columns stay as they are.
+fn mended(overlap: &Mat<f64>, width: usize) -> Mat<f64> {
+    let mut mended = Mat::<f64>::identity(width, width);
     let count = overlap.nrows();
-    Mat::<f64>::identity(count, count) - faer::Scale(0.5) * overlap
+    let mut leading = mended.submatrix_mut(0, 0, count, count);
+    leading -= faer::Scale(0.5) * overlap;
+    mended
 }
 
 fn measured(laplacian: &PermutedLaplacian, x: &RowBlock, ritz: &Ritz, goal: &Goal) -> Pairs {
