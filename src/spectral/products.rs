@@ -19,6 +19,9 @@ use rand_chacha::ChaCha8Rng;
 /// and a short second filter now and then costs less than a long first one every time.
 const AIM: f64 = 0.25;
 
+/// Least gain of a first filter: what it takes to find a mode that growth has brought in.
+const LEAST_GAIN: f64 = 10.0;
+
 /// L off its null space, in elimination order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Products<'a> {
@@ -82,7 +85,7 @@ impl Products<'_> {
 
 /// The filter for an update that begins with earlier vectors.
 pub(super) fn first_filter(plan: &Plan, norm: f64) -> ChebyshevFilter {
-    let gain = AIM * plan.needs.usual();
+    let gain = (AIM * plan.needs.usual()).max(LEAST_GAIN);
     ChebyshevFilter::with_gain((gain, plan.wanted), plan.cut, norm)
 }
 

@@ -6,7 +6,7 @@ use super::factor::CholeskyFactor;
 use super::kept::Kept;
 use super::low_spectrum::{LowSpectrum, Problem, Solved, block_width};
 use super::products::first_filter;
-use super::search::{Found, Search};
+use super::search::{Found, PROOF_LIMIT, Search};
 use super::solver::residual_norms;
 use super::{Method, Route, SpectralError, SymmetricOperator};
 use faer::Mat;
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::OnceLock;
 
 /// Rounds of products, and block solves, that an update takes as a rule.
-const ROUNDS: f64 = 2.0;
+const ROUNDS: f64 = 3.0;
 const SOLVES: f64 = 5.0;
 
 /// Products that a search from nothing may take: where the factor fills up they usually suffice.
@@ -106,6 +106,9 @@ impl LowSpectrum {
             .map(|kept| kept.plan(problem.laplacian.dim(), wanted, width));
         let norm = problem.laplacian.norm_bound();
         let buffers = std::mem::take(&mut self.workspace.factor);
+        let must_count = self.params.certify
+            || problem.null_space.dim() > 1
+            || problem.laplacian.dim() <= PROOF_LIMIT;
         let factor = CholeskyFactor::analyze(permuted, problem.order, self.params.threads, buffers)
             .filter(|factor| factor.num_values() as f64 <= self.most_fill)
             .filter(|factor| {
@@ -113,7 +116,6 @@ impl LowSpectrum {
                     Some(plan) => ROUNDS * first_filter(plan, norm).products() as f64,
                     None => COLD_PRODUCTS,
                 };
-                let must_count = self.params.certify || problem.null_space.dim() > 1;
                 must_count || work(factor, width) <= products * permuted.nnz() as f64
             });
         let search = Search {
@@ -126,10 +128,7 @@ impl LowSpectrum {
             width,
             factor_entries: factor.as_ref().map_or(0, CholeskyFactor::num_values),
         };
-        let needs = kept
-            .as_ref()
-            .map(|kept| kept.needs.clone())
-            .unwrap_or_default();
+        let needs = kept.as_ref().map(|kept| kept.needs.clone());
         let mut x = std::mem::take(&mut self.workspace.block);
         let (route, (found, spare)) = match factor {
             Some(mut factor) => {
@@ -144,14 +143,15 @@ impl LowSpectrum {
         };
         self.workspace.block = spare;
         let finite = found.outcome.values.iter().take_while(|v| v.is_finite());
-        let needs = needs.and(found.outcome.gain_needed);
+        // What a start from nothing needed says nothing of later ones.
+        let needs = needs.map(|needs| needs.and(found.outcome.gain_needed));
         let null_space = problem.null_space.clone();
         self.kept = Some(Kept::new(
             x,
             finite.copied().collect(),
             null_space,
             problem.order,
-            needs,
+            needs.unwrap_or_default(),
         ));
         Ok(solved(route, &found, problem))
     }
