@@ -41,7 +41,7 @@ pub(super) struct EliminationOrder {
 }
 
 /// Growth since a graph was last ordered as a whole after which it is so again: separators that
-/// were good for half the graph cost 5 % of fill in a grid by then, and nothing in a maze.
+/// were good for half the graph cost 4 % of fill in a grid by then, and nothing in a maze.
 const REGROWN: f64 = 2.0;
 
 impl EliminationOrder {
