@@ -4,8 +4,8 @@
 //!   ([`super::dense`]);
 //! - as many components as pairs wanted: the null space alone, in closed form;
 //! - else filtered subspace iteration on (L + σI)⁻¹ ([`super::subspace`]), from the vectors of the
-//!   last refresh, or from a block Lanczos run where there are none;
-//! - where the factor would not fit: restarted block Lanczos on L ([`super::products`]).
+//!   last refresh, or from random ones where there are none;
+//! - where the factor does not fit or takes more work: a polynomial in L alone ([`super::products`]).
 
 use super::block::{LANES, RowBlock};
 use super::eigenpairs::{Convergence, Eigenpairs};

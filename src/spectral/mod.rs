@@ -17,9 +17,9 @@
 //! | layer | modules |
 //! |---|---|
 //! | operators | [`SymmetricOperator`], [`Laplacian`], `shift_invert` |
-//! | sparse algebra | `elimination`, `frozen`, `minimum_degree`, `etree`, `permuted`, `factor`, `triangular`, `simd`, `block` |
-//! | recurrences | `lanczos`, `filter`, `rayleigh_ritz`, `orthonormal`, [`symmetric_eigen`] |
-//! | policy | `assess`, `subspace`, `search`, `certify`, `products`, [`smallest_eigenpairs`] |
+//! | sparse algebra | `elimination`, `frozen`, `minimum_degree`, `etree`, `permuted`, `factor`, `triangular`, `tiles`, `simd`, `block` |
+//! | recurrences | `lanczos`, `filter`, `chebyshev`, `rayleigh_ritz`, `orthonormal`, [`symmetric_eigen`] |
+//! | policy | `effort`, `assess`, `subspace`, `search`, `certify`, `products`, [`smallest_eigenpairs`] |
 //! | growing graphs | `extend`, `kept`, `start`, `routes`, [`LowSpectrum`], [`procrustes`](fn@procrustes), [`ProtoValueFunctions`], [`track`](fn@track) |
 
 mod assess;
