@@ -5,7 +5,6 @@
 //! [`LANES`] and rows start on cache lines, so that rows are whole SIMD registers.
 
 use super::simd;
-use faer::{MatMut, MatRef};
 
 /// Numbers in a cache line, and in the widest SIMD register in use.
 pub(super) const LANES: usize = 8;
@@ -79,17 +78,6 @@ impl RowBlock {
         &mut self.as_mut_slice()[i * width..(i + 1) * width]
     }
 
-    /// The block as an n × width matrix.
-    pub(super) fn as_mat(&self) -> MatRef<'_, f64> {
-        MatRef::from_row_major_slice(self.as_slice(), self.rows, self.width)
-    }
-
-    /// The block as an n × width matrix.
-    pub(super) fn as_mat_mut(&mut self) -> MatMut<'_, f64> {
-        let (rows, width) = (self.rows, self.width);
-        MatMut::from_row_major_slice_mut(self.as_mut_slice(), rows, width)
-    }
-
     /// self ← other, shape and all.
     pub(super) fn copy_from(&mut self, other: &RowBlock, threads: usize) {
         self.reshape(other.rows, other.width);
@@ -106,6 +94,14 @@ impl Clone for RowBlock {
         let mut copy = Self::default();
         copy.copy_from(self, 1);
         copy
+    }
+}
+
+#[cfg(test)]
+impl RowBlock {
+    /// The block as an n × width matrix.
+    pub(super) fn as_mat(&self) -> faer::MatRef<'_, f64> {
+        faer::MatRef::from_row_major_slice(self.as_slice(), self.rows, self.width)
     }
 }
 

@@ -132,13 +132,13 @@ impl LowSpectrum {
         let mut x = std::mem::take(&mut self.workspace.block);
         let (route, (found, spare)) = match factor {
             Some(mut factor) => {
-                let found = search.run(kept, &mut factor, &mut x, rng)?;
+                let found = search.run((kept, plan), &mut factor, &mut x, rng)?;
                 self.workspace.factor = factor.into_buffers();
                 (Route::ShiftInvert, found)
             }
             None => (
                 Route::Products,
-                search.run_without_factor(kept, plan.as_ref(), &mut x, rng)?,
+                search.run_without_factor((kept, plan), &mut x, rng)?,
             ),
         };
         self.workspace.block = spare;

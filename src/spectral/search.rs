@@ -70,19 +70,23 @@ pub(super) struct Found {
 }
 
 impl Search<'_> {
-    /// Fills `x` with Ritz vectors, from those kept from the last update if there are any, whose
-    /// memory is then used for others. Returns that memory too.
+    /// Fills `x` with Ritz vectors, from those kept from the last update and by their plan, if there are
+    /// any. Their memory is then used for others and returned too.
     pub(super) fn run(
         &self,
-        kept: Option<Kept>,
+        (kept, plan): (Option<Kept>, Option<Plan>),
         factor: &mut CholeskyFactor,
         x: &mut RowBlock,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Found, RowBlock), SpectralError> {
         let mut z = RowBlock::default();
-        let (plan, sigma, cold_solves) = match &kept {
-            Some(kept) => self.start_warm(kept, factor, x, rng)?,
-            None => self.start_cold(factor, (x, &mut z), rng)?,
+        let (plan, sigma, cold_solves) = match (&kept, plan) {
+            (Some(kept), Some(plan)) => {
+                let sigma = self.factorize(factor, WARM_SHIFT * plan.wanted)?;
+                start_block(kept, self.grown(), self.width, x, rng);
+                (plan, sigma, 0)
+            }
+            _ => self.start_cold(factor, (x, &mut z), rng)?,
         };
         if let Some(kept) = kept {
             z = kept.block;
@@ -122,8 +126,7 @@ impl Search<'_> {
     /// The same by products with L alone. Nothing is certified.
     pub(super) fn run_without_factor(
         &self,
-        kept: Option<Kept>,
-        plan: Option<&Plan>,
+        (kept, plan): (Option<Kept>, Option<Plan>),
         x: &mut RowBlock,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Found, RowBlock), SpectralError> {
@@ -136,7 +139,7 @@ impl Search<'_> {
             laplacian: self.permuted,
             null_space: self.null_space,
         };
-        let outcome = products.iterate((x, &mut z), &self.goal(), plan, rng)?;
+        let outcome = products.iterate((x, &mut z), &self.goal(), plan.as_ref(), rng)?;
         let found = Found {
             outcome,
             certified: None,
@@ -207,21 +210,8 @@ impl Search<'_> {
         Ok(sigma)
     }
 
-    /// Starts from earlier vectors: the plan, σ, and columns solved so far.
-    fn start_warm(
-        &self,
-        kept: &Kept,
-        factor: &mut CholeskyFactor,
-        x: &mut RowBlock,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<(Plan, f64, usize), SpectralError> {
-        let plan = kept.plan(self.laplacian.dim(), self.wanted, self.width);
-        let sigma = self.factorize(factor, WARM_SHIFT * plan.wanted)?;
-        start_block(kept, self.grown(), self.width, x, rng);
-        Ok((plan, sigma, 0))
-    }
-
-    /// Starts from random columns and a few steps of the inverse power method.
+    /// Starts from random columns and a few steps of the inverse power method: the plan, σ, and columns
+    /// solved so far.
     fn start_cold(
         &self,
         factor: &mut CholeskyFactor,
