@@ -16,6 +16,7 @@
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
 pub mod engine;

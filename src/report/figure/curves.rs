@@ -19,7 +19,7 @@ impl LogChart {
     pub(super) fn place(&self, x: f64, y: f64) -> (f64, f64) {
         let [left, top, right, bottom] = self.edges;
         let share = |v: f64, (low, high): (f64, f64)| {
-            ((v.max(f64::MIN_POSITIVE).log10() - low) / (high - low)).clamp(0.0, 1.0)
+            ((libm::log10(v.max(f64::MIN_POSITIVE)) - low) / (high - low)).clamp(0.0, 1.0)
         };
         (
             left + share(x, self.x) * (right - left),
