@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 pub mod agent;
+mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;

@@ -76,7 +76,7 @@ impl TrialTiming {
     pub fn finish(&mut self, wall_seconds: f64, steps: u64) {
         self.wall_seconds = wall_seconds;
         self.rest_seconds = wall_seconds - self.spectrum_seconds - self.fit_seconds;
-        self.steps_per_second = steps as f64 / wall_seconds;
+        self.steps_per_second = steps as f64 / wall_seconds.max(1e-9);
     }
 }
 

@@ -47,7 +47,7 @@ pub struct SeedTiming {
     pub seed: u64,
     /// Seconds from the first step to the last file.
     pub wall_seconds: f64,
-    /// Environment steps ÷ `wall_seconds`.
+    /// Environment steps ÷ `wall_seconds`, or ÷ a nanosecond if no clock ticked.
     pub steps_per_second: f64,
 }
 

@@ -228,7 +228,7 @@ impl Tally {
         let timing = SeedTiming {
             seed: self.seed,
             wall_seconds,
-            steps_per_second: result.steps as f64 / wall_seconds,
+            steps_per_second: result.steps as f64 / wall_seconds.max(1e-9),
         };
         (result, timing)
     }
