@@ -328,7 +328,7 @@ mod magnitudes {
         );
         let table = "from,action,to\na,go,b\nb,go,c\n";
         let scenario = LISTED.replace("\"c\" }", "\"c\", reward = 1e99 }");
-        let words = ["x.toml:5:32", "env.goals[0].reward = 1e99"];
+        let words = ["x.toml:5:31", "env.goals[0].reward = 1e99"];
         refused(&scenario, Some(table), &[], &words);
     }
 
@@ -388,7 +388,8 @@ mod read_back {
         }
     }
 
-    /// Everything that `run` and `compare` write is read by `report`, `export`, `--resume`.
+    /// Everything that `run` and `compare` write is read by `report`, `export`, `--resume`, and where there is a map `figures`
+    /// draws it.
     #[track_caller]
     fn survives(scenario: &str, table: Option<&str>, sets: &[&str]) {
         let program = Program::new();
@@ -407,6 +408,11 @@ mod read_back {
         for format in ["csv", "npz", "graphml", "dot"] {
             let out = format!("e-{format}");
             program.prints(&["export", "r", "--to", format, "-o", &out]);
+        }
+        if table.is_none() {
+            call(&["figures", file, "--seeds", "2", "-o", "x.svg", "-q"]);
+            let drawn = fs::read_to_string(program.path("x.svg")).unwrap();
+            assert!(!drawn.contains("NaN") && !drawn.contains("\"inf"));
         }
         let summary = fs::read(program.path("r/summary.json")).unwrap();
         call(&["run", file, "--out", "r", "--resume", "-q"]);
@@ -455,6 +461,7 @@ mod read_back {
             survives(TABLE, Some(&table), &[]);
         }
         survives(QUICK, None, &["env.reward={ step = -2e23, goal = 1e-30 }"]);
+        survives(QUICK, None, &["env.reward={ step = -1e-30, goal = 0 }"]);
         survives(QUICK, None, &["env.reward={ step = 0, goal = 0 }"]);
     }
 

@@ -36,8 +36,10 @@ impl Extent {
         if size > most {
             Some(format!(
                 "too large: a run of {} episodes of up to {} steps could add it up beyond {LARGEST_RETURN:e}; \
-                 rewards may be at most {most:.1e} in size here",
-                self.episodes, self.max_steps
+                 rewards may be at most {:.1e} in size here",
+                self.episodes,
+                self.max_steps,
+                two_digits_below(most)
             ))
         } else if size > 0.0 && size < SMALLEST_REWARD {
             Some(format!(
@@ -47,6 +49,12 @@ impl Extent {
             None
         }
     }
+}
+
+/// Rounded down to two digits, so that what a message allows is allowed.
+fn two_digits_below(positive: f64) -> f64 {
+    let unit = 10_f64.powi(positive.log10().floor() as i32 - 1);
+    (positive / unit).floor() * unit
 }
 
 impl EnvParams {
@@ -113,7 +121,6 @@ impl EnvParams {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::scenario::Scenario;
     use std::path::Path;
 
@@ -135,12 +142,12 @@ mod tests {
         assert_eq!(refused(&text("1.2e22")), "");
         assert_eq!(
             refused(&text("-1.3e22")),
-            "x.toml:4:43: env.goals[0].reward = -1.3e22: too large: a run of 500 episodes of up to 160 steps could add it \
+            "x.toml:4:42: env.goals[0].reward = -1.3e22: too large: a run of 500 episodes of up to 160 steps could add it \
              up beyond 1e27; rewards may be at most 1.2e22 in size here"
         );
         assert_eq!(
             refused(&text("1e-31")),
-            "x.toml:4:43: env.goals[0].reward = 1e-31: too small: a reward is 0 or at least 1e-30 in size"
+            "x.toml:4:42: env.goals[0].reward = 1e-31: too small: a reward is 0 or at least 1e-30 in size"
         );
         let one = text("1.3e22") + "max_steps = 16\n";
         assert_eq!(refused(&one), "");
@@ -158,7 +165,7 @@ mod tests {
 
     #[test]
     fn every_reward_is_named_by_its_key() {
-        let map = "[env]\nkind = \"ascii\"\nmap = \"S.1.G\"\n";
+        let map = "[env]\nkind = \"ascii\"\nmap = \"1.S.G\"\n";
         for (more, place) in [
             (
                 "rewards = { 1 = 1e300 }",
