@@ -19,6 +19,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
+mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;

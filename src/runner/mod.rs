@@ -16,6 +16,7 @@ mod folder;
 mod follow;
 mod graph_files;
 mod ledger;
+mod nearness;
 mod phases;
 mod places;
 mod potential;

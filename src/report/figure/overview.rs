@@ -7,6 +7,7 @@ use crate::env::layouts::{Cell, Layout};
 use crate::report::band::Band;
 use crate::report::grouped;
 use crate::report::recorded::{RecordedRun, RecordedSeed};
+use crate::report::terminal::whole;
 use crate::runner::Snapshot;
 use std::collections::HashMap;
 
@@ -164,5 +165,5 @@ fn regret(run: &RecordedRun) -> Band {
 
 fn regret_at_end(run: &RecordedRun) -> String {
     let last = regret(run).middle.last().copied().unwrap_or(0.0);
-    grouped(last.max(0.0).round() as u64)
+    whole(last.max(0.0))
 }
