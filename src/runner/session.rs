@@ -1,6 +1,7 @@
 //! A run folder from its opening to its end: what is written around the seeds.
 
 use super::error::RunnerError;
+use super::estimate::require_memory;
 use super::files::{write_json, write_text};
 use super::folder::{Existing, RunFolder};
 use super::run::{SeedOutcome, Watch, run_seed};
@@ -68,6 +69,10 @@ pub fn run(
     watch: &mut Watch<'_>,
 ) -> Result<RunReport, Error> {
     let scenario = &loaded.scenario;
+    let world = scenario.world(request.seed);
+    let world = world.expect("the scenario was checked when it was loaded");
+    require_memory(scenario, &world, 1)?;
+    drop(world);
     let folder = RunFolder::open(request.out.as_deref(), &scenario.name, request.existing)?;
     let session = Session { folder, scenario };
     let mut summary = session.begin(&loaded.text)?;
