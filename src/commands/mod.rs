@@ -70,6 +70,9 @@ pub fn execute(cli: Cli) -> Result<Ending> {
 }
 
 fn install(global: &Global) -> Result<Telemetry> {
+    if global.trace.is_some() {
+        threads::require_one().context("cannot start the thread that writes the trace")?;
+    }
     let level = match i16::from(global.verbose) - i16::from(global.quiet) {
         ..=-2 => LevelFilter::OFF,
         -1 => LevelFilter::ERROR,
@@ -154,8 +157,13 @@ fn print_json(value: &impl serde::Serialize) -> Result<()> {
 /// Finds out before hours of work whether a file can be written at the end.
 fn require_writable(path: Option<&Path>) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
-    if path.is_dir() {
-        return Err(BadInput(format!("{}: is a folder; name a file", path.display())).into());
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => {
+            let message = format!("{}: is a folder; name a file", path.display());
+            return Err(BadInput(message).into());
+        }
+        Ok(there) if !there.is_file() => return Ok(()), // a pipe or a device
+        _ => {}
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     match tempfile::tempfile_in(folder.unwrap_or(Path::new("."))) {

@@ -1,11 +1,12 @@
 //! The threads of the program: as many as asked for, or as there are to be had.
 
 use anyhow::{Context, Result};
+use std::io;
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::thread::{Builder, available_parallelism, scope};
 
-/// Left to the signal handler, the live page and the trace where threads are scarce.
+/// Left to the signal handler, the live page and the trace.
 const SPARE: usize = 4;
 
 /// Gives rayon `wanted` threads, or one for each processor; fewer, with a warning, if the system refuses some, and only
@@ -13,19 +14,24 @@ const SPARE: usize = 4;
 pub fn start(wanted: Option<usize>) -> Result<()> {
     let processors = || available_parallelism().map_or(1, NonZeroUsize::get);
     let wanted = wanted.unwrap_or_else(processors);
-    let held = how_many(wanted);
+    let had = how_many(wanted + SPARE).saturating_sub(SPARE);
     let pool = rayon::ThreadPoolBuilder::new();
-    let pool = match held {
-        all if all == wanted => pool.num_threads(wanted),
-        some if some > SPARE => pool.num_threads(some - SPARE),
-        _ => pool.num_threads(1).use_current_thread(),
+    let pool = match had {
+        0 => pool.num_threads(1).use_current_thread(),
+        some => pool.num_threads(some),
     };
     pool.build_global().context("cannot start the threads")?;
-    if held < wanted {
-        let used = rayon::current_num_threads();
+    let used = rayon::current_num_threads();
+    if used < wanted {
         eprintln!("warning: {wanted} threads are not to be had; going on with {used}");
     }
     Ok(())
+}
+
+/// Fails if not even one more thread can be had.
+pub fn require_one() -> io::Result<()> {
+    let thread = Builder::new().spawn(|| ())?;
+    thread.join().map_err(|_| io::ErrorKind::Other.into())
 }
 
 /// How many of `wanted` threads can be had side by side. They are tried out, because rayon's common pool, once it has

@@ -30,9 +30,9 @@ pub struct Moment {
     pub result: SeedResult,
     /// What the clock says.
     pub timing: SeedTiming,
-    /// Its episodes, later ones several in a row ([`bounded`](super::bounded)).
+    /// Its episodes, later ones several in a row.
     pub episodes: Vec<EpisodeRow>,
-    /// Its refreshes, of later ones only some.
+    /// Its refreshes, of later ones only some, but the last fit in any case.
     pub refreshes: Vec<RefreshRow>,
     /// Frames of the whole run, the present one last.
     pub snapshots: Vec<Snapshot>,
@@ -56,6 +56,8 @@ pub(super) struct Feed<'a> {
     episodes: BoundedEpisodes,
     refreshes: Vec<RefreshRow>,
     thinning: Thinning,
+    /// The last fit, if it is not among the refreshes that are kept.
+    last_fit: Option<RefreshRow>,
     not_before: Instant,
 }
 
@@ -66,13 +68,19 @@ impl<'a> Feed<'a> {
             episodes: BoundedEpisodes::default(),
             refreshes: Vec::new(),
             thinning: Thinning::new(REFRESHES),
+            last_fit: None,
             not_before: Instant::now(),
         }
     }
 
     pub fn refreshed(&mut self, record: &RefreshRecord) {
-        if self.thinning.keeps() {
-            self.refreshes.push(refresh_row(record));
+        let row = refresh_row(record);
+        let keeps = self.thinning.keeps();
+        if row.fitted {
+            self.last_fit = (!keeps).then(|| row.clone());
+        }
+        if keeps {
+            self.refreshes.push(row);
         }
     }
 
@@ -104,7 +112,9 @@ impl<'a> Feed<'a> {
             result,
             timing,
             episodes: self.episodes.rows().to_vec(),
-            refreshes: self.refreshes.clone(),
+            refreshes: (self.refreshes.iter().chain(&self.last_fit))
+                .cloned()
+                .collect(),
             snapshots: snapshots.up_to_now(engine.steps(), pipeline),
             labels: states.map(|s| (places.label)(graph.state(s))).collect(),
             policy: policy_rows(graph.transitions(), engine.agent(), &pipeline.look_ahead())

@@ -155,8 +155,14 @@ impl ShapingParams {
             (
                 "num_labels",
                 self.num_labels as f64,
-                (1..=MOST).contains(&self.num_labels),
-                "1 to 1000000",
+                self.num_labels > 0,
+                "at least 1",
+            ),
+            (
+                "num_labels",
+                self.num_labels as f64,
+                self.num_labels <= MOST,
+                "at most 1000000",
             ),
             (
                 "cold_epochs",
