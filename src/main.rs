@@ -8,6 +8,7 @@ mod commands;
 use clap::Parser;
 use cli::Cli;
 use eigentrail::error::{Error, ErrorKind};
+use eigentrail::report::printable;
 use std::io;
 use std::process::ExitCode;
 
@@ -31,9 +32,10 @@ fn main() -> ExitCode {
     }
 }
 
-/// The error and its causes in one line; a cause that has been told already is not told again.
+/// The error and its causes in one line; a cause that has been told already is not told again. What they quote from files
+/// cannot give orders to the terminal.
 fn told(error: &anyhow::Error) -> String {
-    error
+    let told = error
         .chain()
         .map(ToString::to_string)
         .fold(String::new(), |told, cause| {
@@ -42,7 +44,8 @@ fn told(error: &anyhow::Error) -> String {
                 (_, true) => told,
                 (_, false) => format!("{told}: {cause}"),
             }
-        })
+        });
+    printable(&told).into_owned()
 }
 
 fn exit_code(error: &anyhow::Error) -> u8 {

@@ -14,7 +14,7 @@
 //!
 //! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
 
-use super::checks::{AgentError, check, check_gamma, check_positive, check_return};
+use super::checks::{AgentError, check_count, check_gamma, check_return};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
@@ -65,14 +65,9 @@ impl PlannerParams {
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), AgentError> {
         check_gamma(self.gamma)?;
-        check(
-            "known_after",
-            f64::from(self.known_after),
-            self.known_after > 0,
-            "at least 1",
-        )?;
+        check_count("known_after", self.known_after as usize)?;
         check_return("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;
-        check_positive("max_backups", self.max_backups)
+        check_count("max_backups", self.max_backups)
     }
 }
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
-use eigentrail::runner::estimated_bytes;
+use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{ArmParams, Scenario, World};
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
@@ -15,15 +15,16 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
     if args.resolved {
         print(&loaded.scenario.to_toml())?;
     } else {
-        print(&summary(&loaded.scenario))?;
+        print(&summary(&loaded.scenario)?)?;
     }
     Ok(Ending::Done)
 }
 
-/// What the scenario amounts to.
-fn summary(scenario: &Scenario) -> String {
+/// What the scenario amounts to; refused if it cannot fit into this machine.
+fn summary(scenario: &Scenario) -> Result<String> {
     let world = scenario.world(scenario.run.seed);
     let world = world.expect("the scenario was checked when it was loaded");
+    require_memory(scenario, &world, 1).map_err(Error::from)?;
     let (states, reachable) = world.num_states();
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
@@ -63,7 +64,7 @@ fn summary(scenario: &Scenario) -> String {
     for (name, arm) in &scenario.arms {
         table.add_row([format!("arm {name}"), describe_arm(arm)]);
     }
-    table.trim_fmt()
+    Ok(table.trim_fmt())
 }
 
 fn optimal(world: &World) -> String {

@@ -5,7 +5,7 @@ use super::{Ending, print, print_json, stop_on_interrupt};
 use crate::cli;
 use anyhow::Result;
 use eigentrail::error::Error;
-use eigentrail::report::{Comparison, TableStyle, render_comparison, render_overview};
+use eigentrail::report::{Comparison, TableStyle, printable, render_comparison, render_overview};
 use eigentrail::runner::{self, CompareRequest, CompareWatch, Existing};
 use eigentrail::scenario::{Loaded, Scenario};
 use eigentrail::telemetry::Telemetry;
@@ -40,10 +40,11 @@ pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result
     for (loaded, request) in &all {
         let report = compare_one(loaded, request, telemetry, bars, &stop)?;
         let Some(comparison) = report.comparison else {
+            let folder = report.folder.display().to_string();
             eprintln!(
                 "{}: interrupted; --resume --out {} goes on",
                 loaded.scenario.name,
-                report.folder.display()
+                printable(&folder)
             );
             return Ok(Ending::Interrupted);
         };
@@ -69,7 +70,7 @@ fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
         tuned: args.tuned,
         out: args.out.clone(),
         existing: existing(args),
-        arguments: std::env::args().collect(),
+        arguments: super::arguments(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
 
-use super::{BadInput, Ending, gallery, print, stop_on_interrupt};
+use super::{BadInput, Ending, gallery, print, require_writable, stop_on_interrupt};
 use crate::cli;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
@@ -27,6 +27,7 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         return gallery::write_all(out, args.seeds, sets, &mut watch);
     };
     let out = args.out.as_deref().unwrap_or(Path::new("figure.svg"));
+    require_writable(Some(out))?;
     let runs = tempfile::tempdir().context("cannot make a folder for the runs")?;
     let load = |sets: &[String]| Scenario::load(scenario, sets).map_err(Error::from);
     let plain: Vec<String> = sets
@@ -61,7 +62,7 @@ pub(super) fn run(
             seed,
             out: Some(folder.to_owned()),
             existing: Existing::Resume,
-            arguments: std::env::args().collect(),
+            arguments: super::arguments(),
         };
         runner::run(loaded, &request, watch)?;
     }

@@ -1,7 +1,7 @@
 //! `eigentrail figures --all`: the source report's figures 4 to 9, from runs made for the purpose.
 
 use super::figures::{SPARSE, run};
-use super::{Ending, print};
+use super::{Ending, print, require_writable_folder};
 use anyhow::{Context, Result};
 use eigentrail::error::Error;
 use eigentrail::report::{RecordedRun, ReportRuns, counterparts, figures_page};
@@ -12,6 +12,7 @@ use std::path::Path;
 
 /// Runs every file of `scenarios/report/`, `seeds` times where learners are compared, and writes pictures and page.
 pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>) -> Result<Ending> {
+    require_writable_folder(out)?;
     let folder = tempfile::tempdir().context("cannot make a folder for the runs")?;
     let mut go = |name: &str, more: &[&str], seeds| -> Result<RecordedRun> {
         let file = report_scenarios().iter().find(|file| file.name == name);
@@ -44,7 +45,6 @@ pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>)
         ],
     };
     let figures = counterparts(&runs);
-    fs::create_dir_all(out).with_context(|| format!("{}: cannot make it", out.display()))?;
     for figure in &figures {
         write(&out.join(format!("fig{}.svg", figure.number)), &figure.svg)?;
     }

@@ -11,11 +11,12 @@ mod progress;
 mod report;
 mod run;
 mod show;
+mod threads;
 mod track;
 
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
-use eigentrail::report::Ink;
+use eigentrail::report::{Ink, printable};
 use eigentrail::telemetry::{self, Telemetry};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -47,12 +48,7 @@ pub struct Stdout;
 /// Does what the command line asks.
 pub fn execute(cli: Cli) -> Result<Ending> {
     let telemetry = install(&cli.global)?;
-    if let Some(threads) = cli.global.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .context("cannot start the threads")?;
-    }
+    threads::start(cli.global.threads)?;
     match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
@@ -74,6 +70,9 @@ pub fn execute(cli: Cli) -> Result<Ending> {
 }
 
 fn install(global: &Global) -> Result<Telemetry> {
+    if global.trace.is_some() {
+        threads::require_one().context("cannot start the thread that writes the trace")?;
+    }
     let level = match i16::from(global.verbose) - i16::from(global.quiet) {
         ..=-2 => LevelFilter::OFF,
         -1 => LevelFilter::ERROR,
@@ -136,8 +135,13 @@ fn bars(global: &Global) -> bool {
     global.quiet == 0
 }
 
-/// Prints a result, with a final newline.
+/// Prints a result, with a final newline. What it quotes from files cannot give orders to the terminal.
 fn print(text: &str) -> Result<()> {
+    print_drawn(&printable(text))
+}
+
+/// Prints what was drawn here, with its colours.
+fn print_drawn(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     let end = if text.ends_with('\n') { "" } else { "\n" };
     write!(out, "{text}{end}")
@@ -153,11 +157,39 @@ fn print_json(value: &impl serde::Serialize) -> Result<()> {
 /// Finds out before hours of work whether a file can be written at the end.
 fn require_writable(path: Option<&Path>) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => {
+            let message = format!("{}: is a folder; name a file", path.display());
+            return Err(BadInput(message).into());
+        }
+        Ok(there) if !there.is_file() => return Ok(()), // a pipe or a device
+        _ => {}
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     match tempfile::tempfile_in(folder.unwrap_or(Path::new("."))) {
         Ok(_) => Ok(()),
         Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
     }
+}
+
+/// The same for a folder, which is made if it is not there.
+fn require_writable_folder(path: &Path) -> Result<()> {
+    let made = std::fs::create_dir_all(path).and_then(|()| tempfile::tempfile_in(path));
+    match made {
+        Ok(_) => Ok(()),
+        Err(_) if path.is_file() => {
+            Err(BadInput(format!("{}: is a file; name a folder", path.display())).into())
+        }
+        Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
+    }
+}
+
+/// The command line, for the records; what is not Unicode is replaced.
+fn arguments() -> Vec<String> {
+    let arguments = std::env::args_os();
+    arguments
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect()
 }
 
 /// A flag that Ctrl-C sets; the second Ctrl-C ends the program at once.

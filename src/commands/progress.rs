@@ -1,5 +1,6 @@
 //! How far along: a bar on a terminal, elsewhere a line every ten seconds.
 
+use eigentrail::report::printable;
 use eigentrail::telemetry::Telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
@@ -53,7 +54,7 @@ impl Progress {
                 self.done,
                 self.total,
                 self.what,
-                detail()
+                printable(&detail())
             );
         }
     }

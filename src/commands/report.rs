@@ -1,6 +1,6 @@
 //! `eigentrail report`
 
-use super::{BadInput, Ending, print};
+use super::{BadInput, Ending, print, require_writable};
 use crate::cli;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
@@ -9,6 +9,7 @@ use eigentrail::runner::is_comparison;
 use std::path::Path;
 
 pub fn report(args: &cli::Report) -> Result<Ending> {
+    require_writable(Some(&args.out))?;
     if let Some(comparison) = args.runs.iter().find(|path| is_comparison(path)) {
         if args.runs.len() > 1 {
             bail!(BadInput(format!(

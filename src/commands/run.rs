@@ -10,7 +10,7 @@ use eigentrail::runner::{self, Existing, Follower, Outlets, RunRequest, Watch};
 use eigentrail::scenario::Scenario;
 use eigentrail::serve::{Server, Title};
 use eigentrail::telemetry::Telemetry;
-use tracing::{info, warn};
+use tracing::info;
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
     let loaded =
@@ -20,7 +20,7 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         seed: args.seed.unwrap_or(scenario.run.seed),
         out: args.out.clone(),
         existing: existing(args),
-        arguments: std::env::args().collect(),
+        arguments: super::arguments(),
     };
     let stop = stop_on_interrupt()?;
     let server = serve(args, scenario, &request)?;
@@ -88,7 +88,8 @@ fn serve(args: &cli::Run, scenario: &Scenario, request: &RunRequest) -> Result<O
     })?;
     let address = server.address();
     if !address.ip().is_loopback() {
-        warn!(%address, "the live page can be read by whoever reaches this address");
+        // Not a line of the log: whoever is quiet must know it, too.
+        eprintln!("warning: the live page can be read by whoever reaches {address}");
     }
     eprintln!("live at http://{address}/ until the run ends");
     Ok(Some(server))

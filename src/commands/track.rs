@@ -8,7 +8,7 @@ use comfy_table::{Table, presets};
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{Csr, matrix_market};
 use eigentrail::report::grouped;
-use eigentrail::runner::write_matrix;
+use eigentrail::runner::{require_spectrum_memory, write_matrix};
 use eigentrail::spectral::{self, Method, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum};
 use eigentrail::telemetry::Telemetry;
 use tracing::{debug, warn};
@@ -22,6 +22,7 @@ pub fn track(
     require_writable(args.vectors.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
+    require_spectrum_memory(adjacency.rows(), args.k, method(args.method)).map_err(Error::from)?;
     let params = TrackParams {
         k: args.k,
         growth: args.growth,

@@ -62,6 +62,22 @@ pub enum RunnerError {
         /// What is wrong with it.
         message: String,
     },
+    /// It cannot fit.
+    #[error(
+        "{what} would take about {} of memory, and this machine has {}: {advice}",
+        gigabytes(*needed),
+        gigabytes(*there_is)
+    )]
+    TooMuchMemory {
+        /// What is asked for.
+        what: String,
+        /// How many bytes it would take, roughly.
+        needed: u64,
+        /// How many bytes there are.
+        there_is: u64,
+        /// What to ask for instead.
+        advice: &'static str,
+    },
     /// Writing failed during the run.
     #[error("{path}: cannot write: {source}", path = path.display())]
     Write {
@@ -70,6 +86,11 @@ pub enum RunnerError {
         /// What the operating system said.
         source: std::io::Error,
     },
+}
+
+/// To a tenth.
+fn gigabytes(bytes: u64) -> String {
+    format!("{:.1} GB", bytes as f64 / 1e9)
 }
 
 impl RunnerError {

@@ -6,6 +6,7 @@
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
 mod board;
+mod bounded;
 mod build;
 mod compare;
 mod crew;
@@ -32,7 +33,7 @@ pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Compared, Trial, compare};
 pub use error::RunnerError;
-pub use estimate::estimated_bytes;
+pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
 pub use follow::{Follower, Moment};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};

@@ -1,6 +1,7 @@
 //! A run folder from its opening to its end: what is written around the seeds.
 
 use super::error::RunnerError;
+use super::estimate::require_memory;
 use super::files::{write_json, write_text};
 use super::folder::{Existing, RunFolder};
 use super::run::{SeedOutcome, Watch, run_seed};
@@ -69,6 +70,9 @@ pub fn run(
     watch: &mut Watch<'_>,
 ) -> Result<RunReport, Error> {
     let scenario = &loaded.scenario;
+    if let Ok(world) = scenario.world(request.seed) {
+        require_memory(scenario, &world, 1)?;
+    }
     let folder = RunFolder::open(request.out.as_deref(), &scenario.name, request.existing)?;
     let session = Session { folder, scenario };
     let mut summary = session.begin(&loaded.text)?;

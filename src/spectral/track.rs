@@ -129,7 +129,7 @@ fn is_zero(count: &usize) -> bool {
 /// [`SpectralError::Degree`] for a matrix that is not an undirected graph with positive weights.
 ///
 /// # Panics
-/// If `graph` is not stored by rows, or if the operating system refuses threads.
+/// If `graph` is not stored by rows.
 pub fn track(
     graph: &Csr,
     params: &TrackParams,
@@ -144,11 +144,12 @@ pub fn track(
     if params.threads == 1 {
         return follow(graph, params, &mut on_update);
     }
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(params.threads)
-        .build()
-        .expect("threads can be started")
-        .install(|| follow(graph, params, &mut on_update))
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads);
+    match pool.build() {
+        Ok(pool) => pool.install(|| follow(graph, params, &mut on_update)),
+        // The system refuses them: the result does not depend on how many there are.
+        Err(_) => follow(graph, &params.alone(), &mut on_update),
+    }
 }
 
 fn follow(
@@ -202,6 +203,14 @@ fn follow(
 }
 
 impl TrackParams {
+    /// The same on one thread.
+    fn alone(&self) -> Self {
+        Self {
+            threads: 1,
+            ..self.clone()
+        }
+    }
+
     fn spectral(&self) -> SpectralParams {
         SpectralParams {
             num_eigenpairs: self.k,
@@ -215,6 +224,9 @@ impl TrackParams {
     }
 
     fn validate(&self, n: usize) -> Result<(), SpectralError> {
+        if self.k > n {
+            return Err(SpectralError::TooManyPairs { k: self.k, n });
+        }
         self.spectral().validate()?;
         let refuse =
             |name, value: String, rule| Err(SpectralError::Parameter { name, value, rule });
@@ -223,9 +235,6 @@ impl TrackParams {
         }
         if self.start_nodes == 0 {
             return refuse("start_nodes", self.start_nodes.to_string(), "at least 1");
-        }
-        if self.k > n {
-            return Err(SpectralError::TooManyPairs { k: self.k, n });
         }
         Ok(())
     }

@@ -24,6 +24,7 @@ pub use tables::Compared;
 pub use trials::Trial;
 
 use super::error::RunnerError;
+use super::estimate::require_memory;
 use super::folder::{Existing, FolderKind, RunFolder};
 use crate::error::Error;
 use crate::report::{Comparison, Tuning};
@@ -101,6 +102,12 @@ pub fn compare(
     let arms = request.arms.iter().map(|name| lay(name));
     let arms: Vec<Arm> = arms.collect::<Result<_, _>>()?;
     let sparse = lay(BASELINE)?;
+    let at_once = rayon::current_num_threads().min(request.num_trials());
+    for arm in arms.iter().chain([&sparse]) {
+        if let Ok(world) = arm.scenario.world(request.seeds[0]) {
+            require_memory(&arm.scenario, &world, at_once)?;
+        }
+    }
     let name = &loaded.scenario.name;
     let kind = FolderKind::Comparison;
     let folder = RunFolder::open_kind(kind, request.out.as_deref(), name, request.existing)?;

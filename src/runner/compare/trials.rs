@@ -25,6 +25,33 @@ pub struct Trial {
     pub timing: TrialTiming,
 }
 
+impl Trial {
+    /// Checks that its course has three numbers for each block of episodes, the last of which ends with the last one.
+    ///
+    /// # Errors
+    /// The field that was cut short.
+    pub fn check(&self) -> Result<(), String> {
+        let course = &self.course;
+        let blocks = course.episodes.len();
+        for (field, values) in [("length", &course.length), ("regret", &course.regret)] {
+            if values.len() != blocks {
+                return Err(format!(
+                    "`course.{field}` has {} entries and `course.episodes` {blocks}: the file is damaged",
+                    values.len()
+                ));
+            }
+        }
+        let last = course.episodes.last().copied().unwrap_or(0);
+        if last == self.result.episodes {
+            return Ok(());
+        }
+        Err(format!(
+            "`course.episodes` ends with episode {last} of {}: the file is damaged",
+            self.result.episodes
+        ))
+    }
+}
+
 /// Trials of each arm, in the order of the seeds.
 pub(super) type ByArm = Vec<(String, Vec<Trial>)>;
 
@@ -99,11 +126,11 @@ fn begin_arm(folder: &Path, arm: &Arm) -> Result<String, RunnerError> {
     Ok(hash(&resolved))
 }
 
-/// A finished trial of the same scenario. A file that cannot be read is run again.
+/// A finished trial of the same scenario. A file that cannot be read, or does not have all of it, is run again.
 fn finished(path: &Path, hash: &str) -> Option<Trial> {
     let text = std::fs::read_to_string(path).ok()?;
     let trial: Trial = serde_json::from_str(&text).ok()?;
-    (trial.hash == hash).then_some(trial)
+    (trial.hash == hash && trial.check().is_ok()).then_some(trial)
 }
 
 /// FNV-1a of the program's version and a resolved scenario (Fowler, Noll & Vo), in hexadecimal digits: the same on
