@@ -1,11 +1,11 @@
 //! `eigentrail export`
 
-use super::{Ending, Stdout, print};
+use super::Ending;
 use crate::cli::{self, ExportFormat};
-use anyhow::{Context, Result};
+use crate::output::{print, print_with};
+use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::export::{self, Format, Source};
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub fn export(args: &cli::Export) -> Result<Ending> {
@@ -20,7 +20,7 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
     };
     let files = export::export(&source, format, &out, args.force).map_err(Error::from)?;
     for file in files {
-        print(&format!("written to {}", file.display()))?;
+        print(&format!("written to {}", file.display()));
     }
     Ok(Ending::Done)
 }
@@ -33,10 +33,7 @@ fn to_stdout(source: &Source, format: Format) -> Result<Ending> {
     }
     let seed = source.only_seed().map_err(Error::from)?;
     let graph = seed.graph().map_err(Error::from)?;
-    let mut out = BufWriter::new(std::io::stdout().lock());
-    export::write_graph(&mut out, &graph, format)
-        .and_then(|()| out.flush())
-        .context(Stdout)?;
+    print_with(|out| export::write_graph(out, &graph, format));
     Ok(Ending::Done)
 }
 

@@ -1,7 +1,8 @@
 //! `eigentrail show`
 
-use super::{BadInput, Ending, print, stdout_ink};
+use super::{BadInput, Ending, stdout_ink};
 use crate::cli;
+use crate::output::print;
 use anyhow::{Result, bail};
 use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
@@ -54,7 +55,7 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
             }
         }
     }
-    print(&text)?;
+    print(&text);
     Ok(Ending::Done)
 }
 
