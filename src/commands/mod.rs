@@ -17,7 +17,7 @@ use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::report::Ink;
 use eigentrail::runner::files;
-use eigentrail::telemetry::{self, Telemetry};
+use eigentrail::telemetry::{self, Telemetry, say};
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use tracing::level_filters::LevelFilter;
@@ -42,7 +42,7 @@ pub struct BadInput(pub String);
 
 /// A signal came before there was anything to show.
 #[derive(Debug, thiserror::Error)]
-#[error("interrupted")]
+#[error("interrupted: nothing is written")]
 struct Interrupted;
 
 /// Does what the command line asks.
@@ -73,7 +73,10 @@ pub fn execute(cli: Cli) -> Result<Ending> {
         Command::Man => info::man(),
     };
     match ended {
-        Err(error) if error.is::<Interrupted>() => Ok(Ending::Interrupted),
+        Err(error) if error.is::<Interrupted>() => {
+            say(error);
+            Ok(Ending::Interrupted)
+        }
         ended => ended,
     }
 }
