@@ -215,6 +215,37 @@ mod signals {
         assert_eq!(child.wait().unwrap().code(), Some(143));
     }
 
+    /// Nobody reads the trace, so that the program waits for ever at its end.
+    #[test]
+    fn the_second_ends_the_program_at_once() {
+        let place = Place::new();
+        let pipe = place.path("pipe");
+        assert!(
+            Command::new("mkfifo")
+                .arg(&pipe)
+                .status()
+                .unwrap()
+                .success()
+        );
+        let mut child = place.spawn("run long.toml --out o --no-report --trace pipe");
+        let _hold = fs::File::open(&pipe).unwrap();
+        let rows = place.path("o/seed-0000/episodes.csv");
+        until("rows", || is_filled(&rows));
+        send(&child, "INT");
+        until("an end", || {
+            place.json("o/run.json")["status"] == "interrupted"
+        });
+        until("a summary", || place.path("o/summary.json").exists());
+        let begun = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "it waits");
+            std::thread::sleep(Duration::from_millis(100));
+            send(&child, "TERM");
+        }
+        assert_eq!(child.wait().unwrap().code(), Some(143));
+        place.is_tidy();
+    }
+
     #[test]
     fn a_run_resumes_to_the_same_bytes_wherever_it_ended() {
         let place = Place::new();
@@ -533,6 +564,7 @@ mod folders {
     #[test]
     fn of_many_that_begin_together_none_is_lost() {
         let place = Place::new();
+        place.file("quick.toml", &QUICK.replace("200", "5000")); // so that they meet
         let all: Vec<Child> = (0..6)
             .map(|seed| place.spawn(&format!("run quick.toml --out o --resume --seed {seed}")))
             .collect();
