@@ -16,8 +16,10 @@
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
+mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;

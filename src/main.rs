@@ -1,5 +1,7 @@
 //! The program: parse, do, print, exit. The only place with `anyhow` and exit codes.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod cli;
 mod commands;
 mod output;

@@ -14,7 +14,7 @@
 //!
 //! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
 
-use super::checks::{AgentError, check, check_finite, check_gamma, check_positive};
+use super::checks::{AgentError, check, check_gamma, check_positive, check_return};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
@@ -71,7 +71,7 @@ impl PlannerParams {
             self.known_after > 0,
             "at least 1",
         )?;
-        check_finite("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;
+        check_return("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;
         check_positive("max_backups", self.max_backups)
     }
 }

@@ -123,7 +123,12 @@ struct Short(f64);
 
 impl std::fmt::Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = format!("{:.*}", f.precision().unwrap_or(3), self.0);
+        let precision = f.precision().unwrap_or(3);
+        let size = self.0.abs();
+        if size >= 1e15 || (size > 0.0 && size < 0.1_f64.powi(precision as i32)) {
+            return write!(f, "{:.precision$e}", self.0);
+        }
+        let digits = format!("{:.precision$}", self.0);
         f.write_str(digits.trim_end_matches('0').trim_end_matches('.'))
     }
 }

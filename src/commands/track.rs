@@ -17,7 +17,7 @@ use eigentrail::spectral::{
 use eigentrail::telemetry::Telemetry;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc;
-use tracing::debug;
+use tracing::{debug, warn};
 
 /// As the main thread has it.
 const STACK: usize = 8 << 20;
@@ -51,12 +51,32 @@ pub fn track(
     } else {
         print(&table(&report));
     }
+    warn_of_rounding(args.tol, &report.updates);
     Ok(ending(args, &report))
 }
 
-/// Under `--strict` every update must have converged, and under `--certify` with a proof.
+/// Says where rounding stood in for the tolerance asked for.
+fn warn_of_rounding(tol: f64, updates: &[TrackUpdate]) {
+    let beyond: Vec<f64> = updates
+        .iter()
+        .filter(|u| u.max_relative_residual > tol)
+        .filter_map(|u| u.tolerance_floor)
+        .collect();
+    if let Some(worst) = beyond.iter().copied().reduce(f64::max) {
+        warn!(
+            "--tol {tol:e} is out of reach at {} of {} updates: rounding allows residuals of {worst:.1e} · λ_k there, \
+             and pairs that good counted as converged; choose a larger --tol",
+            beyond.len(),
+            updates.len(),
+        );
+    }
+}
+
+/// Under `--strict` every update must have come within the tolerance, and under `--certify` with a proof.
 fn ending(args: &cli::Track, report: &TrackReport) -> Ending {
-    let sound = |u: &TrackUpdate| u.converged && (!args.certify || u.certified == Some(true));
+    let sound = |u: &TrackUpdate| {
+        u.converged && u.max_relative_residual <= args.tol && (!args.certify || u.certified)
+    };
     if report.interrupted {
         Ending::Interrupted
     } else if args.strict && !report.updates.iter().all(sound) {
@@ -208,7 +228,7 @@ mod tests {
     use clap::Parser;
     use eigentrail::spectral::Route;
 
-    fn ending_of(flags: &str, converged: bool, certified: Option<bool>) -> Ending {
+    fn ending_of(flags: &str, converged: bool, certified: bool, residual: f64) -> Ending {
         let line = format!("eigentrail track g.mtx {flags}");
         let Command::Track(args) = Cli::parse_from(line.split_whitespace()).command else {
             panic!("{line}");
@@ -219,13 +239,14 @@ mod tests {
             seconds: 0.0,
             applications: 0,
             solves: 0,
-            max_relative_residual: 0.0,
+            max_relative_residual: residual,
             converged,
             cold_start: true,
             eigenvalues: vec![0.0],
             cluster_cut: false,
             route: Route::ShiftInvert,
             certified,
+            tolerance_floor: None,
             repaired: 0,
         };
         let report = TrackReport {
@@ -244,20 +265,17 @@ mod tests {
 
     #[test]
     fn only_strict_minds() {
-        assert_eq!(ending_of("", false, None), Ending::Done);
-        assert_eq!(ending_of("--strict", true, None), Ending::Done);
-        assert_eq!(ending_of("--strict", false, None), Ending::NotConverged);
+        use Ending::{Done, NotConverged};
+        assert_eq!(ending_of("", false, false, 0.0), Done);
+        assert_eq!(ending_of("--tol 1e-13", true, false, 1e-12), Done);
+        assert_eq!(ending_of("--strict", true, false, 0.0), Done);
+        assert_eq!(ending_of("--strict", false, false, 0.0), NotConverged);
+        let rounded = ending_of("--strict --tol 1e-13", true, false, 1e-12);
+        assert_eq!(rounded, NotConverged, "rounding stood in for the tolerance");
+        assert_eq!(ending_of("--strict --certify", true, true, 0.0), Done);
         assert_eq!(
-            ending_of("--strict --certify", true, Some(true)),
-            Ending::Done
-        );
-        assert_eq!(
-            ending_of("--strict --certify", true, None),
-            Ending::NotConverged
-        );
-        assert_eq!(
-            ending_of("--strict --certify", true, Some(false)),
-            Ending::NotConverged
+            ending_of("--strict --certify", true, false, 0.0),
+            NotConverged
         );
     }
 }

@@ -67,7 +67,8 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     /// pipeline as it is after it.
     ///
     /// # Errors
-    /// As [`ShapingPipeline::observe`]; the episode is then abandoned.
+    /// As [`ShapingPipeline::observe`]; the episode is then abandoned. [`PipelineError::Diverged`] at the end of an episode
+    /// whose TD errors were no numbers any more.
     pub fn run_episode(
         &mut self,
         on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
@@ -130,6 +131,9 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             record.shaped_return += reward + seen.shaping;
             state = seen.state;
             if step.status.is_last() {
+                if !record.td_squares.is_finite() {
+                    return Err(PipelineError::Diverged { step: self.step });
+                }
                 return Ok(Some(self.end_record(record, step.status)));
             }
         }

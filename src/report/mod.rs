@@ -31,5 +31,7 @@ pub use page::{html_comparison, html_report, live_page, report_data};
 pub use recorded::{EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use sparkline::sparkline;
-pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};
+pub use summary::{
+    RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_return, final_mean_steps,
+};
 pub use terminal::{grouped, render_run};

@@ -76,20 +76,28 @@ pub fn write_csv(path: &Path, rows: impl Iterator<Item = impl Serialize>) -> io:
     })
 }
 
-/// Writes `value` as indented JSON with a final newline.
-pub fn write_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
-    write_atomically(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, value)?;
-        file.write_all(b"\n")
-    })
+/// Writes `value` as indented JSON with a final newline, or nothing if that could not be read back.
+pub fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T) -> io::Result<()> {
+    write_readable::<T>(path, serde_json::to_vec_pretty(value)?)
 }
 
-/// Writes `value` as JSON without white space, with a final newline.
-pub fn write_compact_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
-    write_atomically(path, |file| {
-        serde_json::to_writer(&mut *file, value)?;
-        file.write_all(b"\n")
-    })
+/// Writes `value` as JSON without white space, with a final newline, or nothing if that could not be read back.
+pub fn write_compact_json<T: Serialize + DeserializeOwned>(
+    path: &Path,
+    value: &T,
+) -> io::Result<()> {
+    write_readable::<T>(path, serde_json::to_vec(value)?)
+}
+
+/// Writes JSON that is a `T`. JSON has no infinity and no NaN: serde writes `null`, which is no number to whoever reads it.
+fn write_readable<T: DeserializeOwned>(path: &Path, mut json: Vec<u8>) -> io::Result<()> {
+    serde_json::from_slice::<T>(&json).map_err(|error| {
+        let what =
+            format!("what came out cannot be read back, a number in it is not finite ({error})");
+        io::Error::new(io::ErrorKind::InvalidData, what)
+    })?;
+    json.push(b'\n');
+    write_atomically(path, |file| file.write_all(&json))
 }
 
 /// Reads JSON.
@@ -238,6 +246,26 @@ mod tests {
         assert!(result.is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.json");
+        write_json(&path, &vec![1.0, f64::MAX]).unwrap();
+        for number in [f64::INFINITY, f64::NAN] {
+            for write in [write_json, write_compact_json] {
+                let error = write(&path, &vec![2.0, number]).unwrap_err().to_string();
+                assert!(error.contains("not finite"), "{error}");
+            }
+        }
+        assert_eq!(read_json::<Vec<f64>>(&path).unwrap(), [1.0, f64::MAX]);
+        // An absence is written and read as one.
+        write_json(&path, &vec![Some(1.0), None]).unwrap();
+        assert_eq!(
+            read_json::<Vec<Option<f64>>>(&path).unwrap(),
+            [Some(1.0), None]
+        );
     }
 
     #[test]

@@ -18,6 +18,7 @@ mod follow;
 mod graph_files;
 mod ledger;
 mod lock;
+mod nearness;
 mod phases;
 mod places;
 mod potential;

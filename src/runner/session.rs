@@ -7,6 +7,7 @@ use super::run::{SeedOutcome, Watch, run_seed};
 use crate::error::Error;
 use crate::report::Summary;
 use crate::scenario::{Loaded, Scenario};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -172,7 +173,11 @@ impl Session<'_> {
         self.write_json("run.json", info)
     }
 
-    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), RunnerError> {
+    fn write_json<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        value: &T,
+    ) -> Result<(), RunnerError> {
         let path = self.folder.file(name);
         write_json(&path, value).map_err(RunnerError::write(&path))
     }

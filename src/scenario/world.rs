@@ -3,6 +3,7 @@
 use super::Scenario;
 use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
+use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use crate::env::{
     EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
@@ -35,8 +36,8 @@ impl Scenario {
     /// # Errors
     /// If the section `[env]` does not describe one, with the key to blame.
     pub fn world(&self, seed: u64) -> Result<World, BrokenRule> {
-        self.env
-            .world(GoalList::First, stream(seed, Stream::Environment))
+        let rng = stream(seed, Stream::Environment);
+        self.env.world(GoalList::First, rng, self.run.episodes)
     }
 
     /// The same world with the goals that a run ends with; none if they do not move. Its states are those of
@@ -64,7 +65,7 @@ impl Scenario {
             ));
         }
         let rng = stream(seed, Stream::MovedEnvironment);
-        let world = self.env.world(GoalList::Moved, rng)?;
+        let world = self.env.world(GoalList::Moved, rng, self.run.episodes)?;
         Ok(Some(MovedWorld { after, world }))
     }
 
@@ -88,13 +89,45 @@ impl Scenario {
 }
 
 impl EnvParams {
-    fn world(&self, goals: GoalList, rng: ChaCha8Rng) -> Result<World, BrokenRule> {
-        if self.kind != EnvKind::EdgeList {
-            let world = GridWorld::new(self.layout(goals)?, self.grid_world_params(), rng);
-            return Ok(World::Grid(world.map_err(|e| self.blame(e, goals))?));
-        }
+    /// The world with these goals, for a run of `episodes`.
+    fn world(
+        &self,
+        goals: GoalList,
+        rng: ChaCha8Rng,
+        episodes: usize,
+    ) -> Result<World, BrokenRule> {
+        self.check_rewards(goals)?;
+        let list = match self.kind {
+            EnvKind::EdgeList => Some(self.edge_list(goals)?),
+            _ => None,
+        };
+        let world = match &list {
+            Some(list) => self.listed(list, goals, rng)?,
+            None => {
+                let layout = self.layout(goals)?;
+                let world = GridWorld::new(layout, self.grid_world_params(), rng);
+                World::Grid(world.map_err(|e| self.blame(e, goals))?)
+            }
+        };
+        let extent = Extent {
+            episodes,
+            max_steps: world.max_steps(),
+        };
+        self.check_reward_sizes(goals, list.as_ref(), extent)?;
+        Ok(world)
+    }
+
+    fn edge_list(&self, goals: GoalList) -> Result<EdgeList, BrokenRule> {
         let path = self.file.as_deref().unwrap_or("".as_ref());
-        let list = EdgeList::read(path).map_err(|e| self.blame(e, goals))?;
+        EdgeList::read(path).map_err(|e| self.blame(e, goals))
+    }
+
+    fn listed(
+        &self,
+        list: &EdgeList,
+        goals: GoalList,
+        rng: ChaCha8Rng,
+    ) -> Result<World, BrokenRule> {
         let names: Vec<String> = list.state_names().map(str::to_owned).collect();
         let params = self.edge_list_params(&names[0], goals)?;
         let world = list.environment(&params, rng);

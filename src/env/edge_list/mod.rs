@@ -61,6 +61,9 @@ pub struct EdgeList {
     actions: IndexSet<String>,
     /// Sorted by (from, action), in the order of the file within each.
     edges: Vec<Edge>,
+    /// Line and reward of the largest size, and of the smallest but 0, if a line gives one.
+    largest: Option<(u64, f64)>,
+    smallest: Option<(u64, f64)>,
 }
 
 /// One line, with its probability filled in.
@@ -82,6 +85,16 @@ impl EdgeList {
     /// Names of the actions, in the order of their numbers.
     pub fn action_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.actions.iter().map(String::as_str)
+    }
+
+    /// The file's name.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The reward of the largest size and that of the smallest but 0, each with its first line, if the file gives any.
+    pub fn extreme_rewards(&self) -> impl Iterator<Item = (u64, f64)> {
+        self.largest.into_iter().chain(self.smallest)
     }
 
     /// The number of the state called `name`.

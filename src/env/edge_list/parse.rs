@@ -57,6 +57,8 @@ impl EdgeList {
             states: IndexSet::new(),
             actions: IndexSet::new(),
             edges: Vec::new(),
+            largest: None,
+            smallest: None,
         };
         let mut lines = Vec::new();
         let mut record = StringRecord::new();
@@ -96,6 +98,8 @@ impl EdgeList {
             }
         }
         let action = intern(&mut self.actions, field(1));
+        let reward = number_in(COLUMNS[4], field(4))?;
+        self.note_reward(number, reward.unwrap_or(0.0));
         Ok(Line {
             number,
             from: intern(&mut self.states, field(0)) as u32,
@@ -105,8 +109,22 @@ impl EdgeList {
                 .ok_or(EdgeListProblem::TooManyActions)?,
             to: intern(&mut self.states, field(2)) as u32,
             probability: probability(field(3))?,
-            reward: number_in(COLUMNS[4], field(4))?,
+            reward,
         })
+    }
+
+    /// Keeps the largest and the smallest reward but 0.
+    fn note_reward(&mut self, line: u64, reward: f64) {
+        let size = reward.abs();
+        if size == 0.0 {
+            return;
+        }
+        if self.largest.is_none_or(|(_, r)| size > r.abs()) {
+            self.largest = Some((line, reward));
+        }
+        if self.smallest.is_none_or(|(_, r)| size < r.abs()) {
+            self.smallest = Some((line, reward));
+        }
     }
 
     /// Fills in the probabilities of one (from, action) and appends its edges.

@@ -160,6 +160,16 @@ impl TabularMdp {
         &self.outcomes[self.offsets[pair]..self.offsets[pair + 1]]
     }
 
+    /// The smallest and the largest reward of any outcome; both 0 if every state is terminal. O(outcomes).
+    pub fn reward_range(&self) -> (f64, f64) {
+        let rewards = self.outcomes.iter().map(|outcome| outcome.reward);
+        let widen = |(low, high): (f64, f64), reward: f64| (low.min(reward), high.max(reward));
+        let pairs = rewards.map(|reward| (reward, reward));
+        pairs
+            .reduce(|range, (reward, _)| widen(range, reward))
+            .unwrap_or((0.0, 0.0))
+    }
+
     /// Every action number.
     pub fn actions(&self) -> impl Iterator<Item = Action> + use<> {
         (0..self.num_actions as u16).map(Action)

@@ -176,6 +176,7 @@ impl Field<'_> {
             arms: arms.iter().map(summary).collect(),
             episodes: self.loaded.scenario.run.episodes,
             optimal_steps: sparse_trials[0].result.optimal_steps,
+            optimal_return: sparse_trials[0].result.optimal_return,
             goals_moved_after: sparse_trials[0].result.goals_moved_after,
             sparse_regret: regret_interval(sparse_trials),
             tuning: tuned.zip(tuned_trials).map(|(tuned, trials)| Tuning {
