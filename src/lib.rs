@@ -29,6 +29,7 @@ pub mod features;
 pub mod gcn;
 pub mod graph;
 mod memory;
+pub mod printable;
 pub mod report;
 pub mod runner;
 pub mod scenario;

@@ -1,7 +1,8 @@
 //! `eigentrail check`
 
-use super::{Ending, print};
+use super::Ending;
 use crate::cli;
+use crate::output::print;
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::Error;
@@ -13,9 +14,9 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     if args.resolved {
-        print(&loaded.scenario.to_toml())?;
+        print(&loaded.scenario.to_toml());
     } else {
-        print(&summary(&loaded.scenario)?)?;
+        print(&summary(&loaded.scenario)?);
     }
     Ok(Ending::Done)
 }

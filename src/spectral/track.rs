@@ -103,8 +103,11 @@ pub struct TrackReport {
     pub updates: Vec<TrackUpdate>,
     /// Sum of the updates' wall times.
     pub total_seconds: f64,
-    /// Eigenvalues of the whole graph, ascending.
+    /// Eigenvalues of the whole graph, ascending; none if it was interrupted.
     pub eigenvalues: Vec<f64>,
+    /// Whether whoever listened to the updates ended it before the whole graph was there.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub interrupted: bool,
 }
 
 /// What [`track`] returns: the record, and the last pairs.
@@ -197,6 +200,7 @@ fn follow(
             total_seconds: updates.iter().map(|u| u.seconds).sum(),
             updates,
             eigenvalues: eigenpairs.values.clone(),
+            interrupted: false,
         },
         eigenpairs,
     })
