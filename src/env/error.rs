@@ -157,6 +157,17 @@ pub enum EnvError {
         /// Its value.
         reward: f64,
     },
+    /// Numbers for lines that say no reward, where all lines do.
+    #[error(
+        "{what} means nothing here: {file} says itself what each of these steps pays; leave its column reward empty \
+         where the number is to hold, or leave the number out"
+    )]
+    RewardUnused {
+        /// The file.
+        file: String,
+        /// Which number.
+        what: String,
+    },
     /// An episode without steps.
     #[error("max_steps = 0: an episode needs at least one step")]
     NoSteps,
@@ -312,6 +323,14 @@ pub enum EdgeListProblem {
     /// More than 65535 different actions.
     #[error("more than 65535 different actions")]
     TooManyActions,
+    /// A quote that does not open or close its field.
+    #[error("column {column}: {rule}")]
+    Quote {
+        /// Where in the line, from 1 and in characters.
+        column: usize,
+        /// The rule.
+        rule: &'static str,
+    },
     /// Not CSV.
     #[error("{message}")]
     Malformed {

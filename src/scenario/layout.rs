@@ -99,9 +99,9 @@ impl EnvParams {
             EnvError::LayoutParameter { parameter, .. } => format!("env.{parameter}"),
             EnvError::Slip { .. } => "env.slip".to_owned(),
             EnvError::NoSteps => "env.max_steps".to_owned(),
-            EnvError::RewardNotFinite { .. } | EnvError::StepRewardPositive { .. } => {
-                "env.reward".to_owned()
-            }
+            EnvError::RewardNotFinite { .. }
+            | EnvError::StepRewardPositive { .. }
+            | EnvError::RewardUnused { .. } => "env.reward".to_owned(),
             EnvError::NoGoal
             | EnvError::GoalInWall { .. }
             | EnvError::DuplicateGoal { .. }

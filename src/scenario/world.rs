@@ -96,23 +96,31 @@ impl EnvParams {
         let path = self.file.as_deref().unwrap_or("".as_ref());
         let list = EdgeList::read(path).map_err(|e| self.blame(e, goals))?;
         let names: Vec<String> = list.state_names().map(str::to_owned).collect();
-        let params = self.edge_list_params(&names[0], goals)?;
+        let params = self.edge_list_params(&list, &names[0], goals)?;
         let world = list.environment(&params, rng);
         let world = world.map_err(|e| self.blame(e, goals))?;
         Ok(World::Listed(world, names))
     }
 
-    /// The numbers that an edge list needs to become a world; it starts in `first` unless told otherwise.
-    fn edge_list_params(&self, first: &str, list: GoalList) -> Result<EdgeListParams, BrokenRule> {
+    /// The numbers that an edge list needs to become a world; it starts in `first` unless told otherwise. A state that is
+    /// called "random" is a state: only where there is none does the word mean random starts.
+    fn edge_list_params(
+        &self,
+        list: &EdgeList,
+        first: &str,
+        which: GoalList,
+    ) -> Result<EdgeListParams, BrokenRule> {
         let start = match &self.start {
             None => Some(first.to_owned()),
-            Some(_) if self.starts_anywhere() => None,
-            Some(place) => Some(state_name("env.start", place)?),
+            Some(place) => match state_name("env.start", place, list) {
+                Err(_) if self.starts_anywhere() => None,
+                named => Some(named?),
+            },
         };
-        let goals = list.of(self).into_iter().flatten().enumerate();
+        let goals = which.of(self).into_iter().flatten().enumerate();
         let goals = goals.map(|(i, goal)| {
             Ok(EdgeListGoal {
-                at: state_name(&format!("{}[{i}].at", list.key()), &goal.at)?,
+                at: state_name(&format!("{}[{i}].at", which.key()), &goal.at, list)?,
                 reward: goal.reward,
             })
         });
@@ -125,10 +133,13 @@ impl EnvParams {
     }
 }
 
-/// A state of an edge list.
-fn state_name(key: &str, place: &Place) -> Result<String, BrokenRule> {
+/// A state of an edge list; spaces around names do not count, as in the file.
+fn state_name(key: &str, place: &Place, list: &EdgeList) -> Result<String, BrokenRule> {
     match place {
-        Place::Named(name) => Ok(name.clone()),
+        Place::Named(name) => match list.state(name.trim()) {
+            Ok(_) => Ok(name.trim().to_owned()),
+            Err(unknown) => Err(BrokenRule::new(key, unknown.to_string())),
+        },
         Place::Cell(_) => Err(BrokenRule::new(
             key,
             format!("{place} is a place on a map; an edge list has names"),

@@ -11,11 +11,13 @@
 //! - `probability` may be left out, for the whole file or for all lines of one (from, action): these then share equally. Given
 //!   ones must sum to 1.
 //! - `reward` may be left out, for the whole file or on a line: the step then pays what the [`RewardScheme`] says, with
-//!   the bonus on entering a goal. A number in the file is the whole reward of that line.
+//!   its bonus on entering a goal. A number in the file takes the place of both.
+//! - A goal's own [`reward`](EdgeListGoal::reward) comes on top of what the step that enters it pays, whoever says that.
 //! - An action that a state has no line for leaves the agent where it is, at the reward of a step.
 //! - Episodes end at goals, so lines that leave a goal have no effect.
 
 mod parse;
+mod quotes;
 
 use super::error::nearest;
 use super::grid_world::{RewardScheme, require_finite};
@@ -32,8 +34,8 @@ use serde::{Deserialize, Serialize};
 pub struct EdgeListGoal {
     /// Name of the state.
     pub at: String,
-    /// Added to the reward of the step that enters it, unless the file gives that line's reward; default: what the reward
-    /// scheme gives every goal.
+    /// Added to the reward of the step that enters it, be that the file's or the scheme's; default: what the reward scheme
+    /// gives every goal, on lines without a reward.
     #[serde(default)]
     pub reward: Option<f64>,
 }
@@ -73,6 +75,15 @@ struct Edge {
     reward: Option<f64>,
 }
 
+/// What a step to a state pays by the parameters.
+#[derive(Clone, Copy)]
+struct Entering {
+    /// On top of a reward that the file gives.
+    own: f64,
+    /// Where the file gives none.
+    unsaid: f64,
+}
+
 impl EdgeList {
     /// Names of the states, in the order of their numbers.
     pub fn state_names(&self) -> impl ExactSizeIterator<Item = &str> {
@@ -101,8 +112,8 @@ impl EdgeList {
     /// The world with these goals; its state numbers are the order of [`state_names`](Self::state_names). O(lines).
     ///
     /// # Errors
-    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite or pay for
-    /// staying away, no steps.
+    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite, pay for
+    /// staying away or are for no line of the file, no steps.
     pub fn environment(
         &self,
         params: &EdgeListParams,
@@ -110,6 +121,7 @@ impl EdgeList {
     ) -> Result<TabularEnvironment, EnvError> {
         params.rewards.validate()?;
         let goals = self.goals(params)?;
+        self.require_use(params, &goals)?;
         let mdp = self.mdp(params, &goals)?;
         let starts = self.starts(params, &goals, &mdp)?;
         let max_steps = params
@@ -143,10 +155,13 @@ impl EdgeList {
     fn mdp(&self, params: &EdgeListParams, goals: &[usize]) -> Result<TabularMdp, EnvError> {
         let step = params.rewards.step();
         let mut terminal = vec![false; self.states.len()];
-        let mut on_entering = vec![step; self.states.len()];
+        let mut entering = vec![Entering { own: 0.0, unsaid: step }; self.states.len()];
         for (goal, &state) in params.goals.iter().zip(goals) {
             terminal[state] = true;
-            on_entering[state] = step + goal.reward.unwrap_or(params.rewards.goal());
+            entering[state] = Entering {
+                own: goal.reward.unwrap_or(0.0),
+                unsaid: step + goal.reward.unwrap_or(params.rewards.goal()),
+            };
         }
         // Edges and calls come in the same order, so one pass over the edges is enough.
         let mut rest = self.edges.as_slice();
@@ -155,7 +170,7 @@ impl EdgeList {
             rest = &rest[rest.partition_point(|edge| edge.pair() < key)..];
             let (these, others) = rest.split_at(rest.partition_point(|edge| edge.pair() == key));
             rest = others;
-            outcomes.extend(these.iter().map(|edge| edge.outcome(&on_entering)));
+            outcomes.extend(these.iter().map(|edge| edge.outcome(&entering)));
             if these.is_empty() {
                 outcomes.push(Outcome {
                     next: state as u32,
@@ -164,6 +179,40 @@ impl EdgeList {
                 });
             }
         })
+    }
+
+    /// Refuses numbers of the reward scheme that the rewards of the file leave no room for. Those of the default scheme are
+    /// never held against anyone.
+    fn require_use(&self, params: &EdgeListParams, goals: &[usize]) -> Result<(), EnvError> {
+        let (scheme, default) = (params.rewards, RewardScheme::default());
+        let leaves_a_goal = |edge: &&Edge| goals.contains(&(edge.from as usize));
+        let played = || self.edges.iter().filter(|edge| !leaves_a_goal(edge));
+        let unused = |what: String| {
+            Err(EnvError::RewardUnused {
+                file: self.file.clone(),
+                what,
+            })
+        };
+        if scheme.step() != default.step() {
+            let mut pairs: Vec<_> = played().map(Edge::pair).collect();
+            pairs.dedup();
+            let all_pairs = (self.states.len() - goals.len()) * self.actions.len();
+            if pairs.len() == all_pairs && played().all(|edge| edge.reward.is_some()) {
+                return unused(format!("step = {}", scheme.step()));
+            }
+        }
+        let takes_the_bonus: Vec<usize> = params
+            .goals
+            .iter()
+            .zip(goals)
+            .filter(|(goal, _)| goal.reward.is_none())
+            .map(|(_, &state)| state)
+            .collect();
+        let pays_it = |edge: &Edge| edge.reward.is_none() && takes_the_bonus.contains(&(edge.to as usize));
+        if scheme.goal() != default.goal() && !takes_the_bonus.is_empty() && !played().any(pays_it) {
+            return unused(format!("the bonus of a goal, {},", scheme.goal()));
+        }
+        Ok(())
     }
 
     fn starts(
@@ -213,9 +262,12 @@ impl Edge {
         (self.from, Action(self.action))
     }
 
-    /// `on_entering` is what a step to each state pays by the scheme.
-    fn outcome(&self, on_entering: &[f64]) -> Outcome {
-        let reward = self.reward.unwrap_or(on_entering[self.to as usize]);
+    fn outcome(&self, entering: &[Entering]) -> Outcome {
+        let entering = &entering[self.to as usize];
+        let reward = match self.reward {
+            Some(said) => said + entering.own,
+            None => entering.unsaid,
+        };
         Outcome {
             next: self.to,
             probability: self.probability,
