@@ -16,8 +16,21 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
         print(&loaded.scenario.to_toml())?;
     } else {
         print(&summary(&loaded.scenario))?;
+        warn_of(&loaded.scenario);
     }
     Ok(Ending::Done)
+}
+
+/// Says on stderr what the author of the world may not have meant.
+fn warn_of(scenario: &Scenario) {
+    let world = scenario.world(scenario.run.seed).ok();
+    for caution in world.iter().flat_map(World::cautions) {
+        eprintln!("warning: {caution}");
+    }
+    let moved = scenario.moved_world(scenario.run.seed).ok().flatten();
+    for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
+        eprintln!("warning: since the goals moved, {caution}");
+    }
 }
 
 /// What the scenario amounts to.

@@ -157,6 +157,25 @@ pub enum EnvError {
         /// Its value.
         reward: f64,
     },
+    /// A goal's own reward, where the file says itself what a step into the goal pays.
+    #[error(
+        "reward = {reward} of the goal {name:?} means nothing here: {file} says itself what entering it by action {action:?} \
+         from {from:?} pays; leave its column reward empty on lines into the goal, or leave the number out"
+    )]
+    GoalRewardUnused {
+        /// The file.
+        file: String,
+        /// The goal's place in the list of goals, from 0.
+        goal: usize,
+        /// Its state.
+        name: String,
+        /// Its reward.
+        reward: f64,
+        /// State that is left on the line with a reward.
+        from: String,
+        /// Action on that line.
+        action: String,
+    },
     /// Numbers for lines that say no reward, where all lines do.
     #[error(
         "{what} means nothing here: {file} says itself what each of these steps pays; leave its column reward empty \

@@ -79,7 +79,7 @@ impl EnvKind {
 pub struct GoalSpec {
     /// Where it is.
     pub at: Place,
-    /// What entering it pays on top of a step, if not what `reward` says; edge-list: also on top of a reward in the file.
+    /// What it pays on top of a step, if not what `reward` says; edge-list: if the file does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reward: Option<f64>,
 }

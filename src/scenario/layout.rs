@@ -102,6 +102,7 @@ impl EnvParams {
             EnvError::RewardNotFinite { .. }
             | EnvError::StepRewardPositive { .. }
             | EnvError::RewardUnused { .. } => "env.reward".to_owned(),
+            EnvError::GoalRewardUnused { goal, .. } => format!("{}[{goal}].reward", goals.key()),
             EnvError::NoGoal
             | EnvError::GoalInWall { .. }
             | EnvError::DuplicateGoal { .. }

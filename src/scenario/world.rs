@@ -182,4 +182,25 @@ impl World {
             World::Listed(world, _) => world.optimum(),
         }
     }
+
+    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
+    /// cost.
+    pub fn cautions(&self) -> Vec<String> {
+        fn of<E: Model>(world: &E, name: impl Fn(usize) -> String) -> Vec<String> {
+            let cautions = world
+                .to_mdp()
+                .cautions(&world.start_states(), world.max_steps());
+            cautions.iter().map(|c| c.message(&name)).collect()
+        }
+        match self {
+            World::Grid(world) => {
+                let cells: Vec<_> = world.mdp_cells().collect();
+                of(world, |state| {
+                    let (row, col) = world.layout().position(cells[state]);
+                    format!("[{row}, {col}]")
+                })
+            }
+            World::Listed(world, names) => of(world, |state| format!("{:?}", names[state])),
+        }
+    }
 }

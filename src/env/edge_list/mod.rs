@@ -11,8 +11,8 @@
 //! - `probability` may be left out, for the whole file or for all lines of one (from, action): these then share equally. Given
 //!   ones must sum to 1.
 //! - `reward` may be left out, for the whole file or on a line: the step then pays what the [`RewardScheme`] says, with
-//!   its bonus on entering a goal. A number in the file takes the place of both.
-//! - A goal's own [`reward`](EdgeListGoal::reward) comes on top of what the step that enters it pays, whoever says that.
+//!   the bonus on entering a goal. A number in the file is the whole reward of that line, so that a goal with a
+//!   [`reward`](EdgeListGoal::reward) of its own needs lines without one.
 //! - An action that a state has no line for leaves the agent where it is, at the reward of a step.
 //! - Episodes end at goals, so lines that leave a goal have no effect.
 
@@ -34,8 +34,8 @@ use serde::{Deserialize, Serialize};
 pub struct EdgeListGoal {
     /// Name of the state.
     pub at: String,
-    /// Added to the reward of the step that enters it, be that the file's or the scheme's; default: what the reward scheme
-    /// gives every goal, on lines without a reward.
+    /// Added to the reward of a step that enters it. The file must not say itself what such steps pay. Default: what the
+    /// reward scheme gives every goal, on lines without a reward.
     #[serde(default)]
     pub reward: Option<f64>,
 }
@@ -73,15 +73,6 @@ struct Edge {
     to: u32,
     probability: f64,
     reward: Option<f64>,
-}
-
-/// What a step to a state pays by the parameters.
-#[derive(Clone, Copy)]
-struct Entering {
-    /// On top of a reward that the file gives.
-    own: f64,
-    /// Where the file gives none.
-    unsaid: f64,
 }
 
 impl EdgeList {
@@ -155,13 +146,10 @@ impl EdgeList {
     fn mdp(&self, params: &EdgeListParams, goals: &[usize]) -> Result<TabularMdp, EnvError> {
         let step = params.rewards.step();
         let mut terminal = vec![false; self.states.len()];
-        let mut entering = vec![Entering { own: 0.0, unsaid: step }; self.states.len()];
+        let mut on_entering = vec![step; self.states.len()];
         for (goal, &state) in params.goals.iter().zip(goals) {
             terminal[state] = true;
-            entering[state] = Entering {
-                own: goal.reward.unwrap_or(0.0),
-                unsaid: step + goal.reward.unwrap_or(params.rewards.goal()),
-            };
+            on_entering[state] = step + goal.reward.unwrap_or(params.rewards.goal());
         }
         // Edges and calls come in the same order, so one pass over the edges is enough.
         let mut rest = self.edges.as_slice();
@@ -170,7 +158,7 @@ impl EdgeList {
             rest = &rest[rest.partition_point(|edge| edge.pair() < key)..];
             let (these, others) = rest.split_at(rest.partition_point(|edge| edge.pair() == key));
             rest = others;
-            outcomes.extend(these.iter().map(|edge| edge.outcome(&entering)));
+            outcomes.extend(these.iter().map(|edge| edge.outcome(&on_entering)));
             if these.is_empty() {
                 outcomes.push(Outcome {
                     next: state as u32,
@@ -181,35 +169,48 @@ impl EdgeList {
         })
     }
 
-    /// Refuses numbers of the reward scheme that the rewards of the file leave no room for. Those of the default scheme are
-    /// never held against anyone.
+    /// Refuses rewards that the file leaves no room for: of a goal, where the file says otherwise of any step into it; of
+    /// the reward scheme, where it says otherwise of all steps. Numbers that change nothing, those of the default scheme
+    /// included, are never held against anyone.
     fn require_use(&self, params: &EdgeListParams, goals: &[usize]) -> Result<(), EnvError> {
-        let (scheme, default) = (params.rewards, RewardScheme::default());
         let leaves_a_goal = |edge: &&Edge| goals.contains(&(edge.from as usize));
-        let played = || self.edges.iter().filter(|edge| !leaves_a_goal(edge));
+        let played: Vec<&Edge> = self.edges.iter().filter(|e| !leaves_a_goal(e)).collect();
+        let steps_into = |state: usize| played.iter().filter(move |e| e.to as usize == state);
+        for (goal, (spec, &state)) in params.goals.iter().zip(goals).enumerate() {
+            let own = spec.reward.unwrap_or(0.0);
+            let said = steps_into(state).find(|edge| own != 0.0 && edge.reward.is_some());
+            if let Some(edge) = said {
+                return Err(EnvError::GoalRewardUnused {
+                    file: self.file.clone(),
+                    goal,
+                    name: spec.at.clone(),
+                    reward: own,
+                    from: self.states[edge.from as usize].clone(),
+                    action: self.actions[usize::from(edge.action)].clone(),
+                });
+            }
+        }
+        let (scheme, default) = (params.rewards, RewardScheme::default());
         let unused = |what: String| {
             Err(EnvError::RewardUnused {
                 file: self.file.clone(),
                 what,
             })
         };
-        if scheme.step() != default.step() {
-            let mut pairs: Vec<_> = played().map(Edge::pair).collect();
-            pairs.dedup();
-            let all_pairs = (self.states.len() - goals.len()) * self.actions.len();
-            if pairs.len() == all_pairs && played().all(|edge| edge.reward.is_some()) {
-                return unused(format!("step = {}", scheme.step()));
-            }
+        let mut pairs: Vec<_> = played.iter().map(|edge| edge.pair()).collect();
+        pairs.dedup();
+        let all_listed = pairs.len() == (self.states.len() - goals.len()) * self.actions.len();
+        let all_said = played.iter().all(|edge| edge.reward.is_some());
+        if scheme.step() != default.step() && all_listed && all_said {
+            return unused(format!("step = {}", scheme.step()));
         }
-        let takes_the_bonus: Vec<usize> = params
-            .goals
-            .iter()
-            .zip(goals)
+        let of_the_scheme = params.goals.iter().zip(goals);
+        let mut of_the_scheme = of_the_scheme
             .filter(|(goal, _)| goal.reward.is_none())
-            .map(|(_, &state)| state)
-            .collect();
-        let pays_it = |edge: &Edge| edge.reward.is_none() && takes_the_bonus.contains(&(edge.to as usize));
-        if scheme.goal() != default.goal() && !takes_the_bonus.is_empty() && !played().any(pays_it) {
+            .peekable();
+        let given = scheme.goal() != default.goal() && of_the_scheme.peek().is_some();
+        let pays_it = |(_, &state): (_, &usize)| steps_into(state).any(|e| e.reward.is_none());
+        if given && !of_the_scheme.any(pays_it) {
             return unused(format!("the bonus of a goal, {},", scheme.goal()));
         }
         Ok(())
@@ -262,12 +263,9 @@ impl Edge {
         (self.from, Action(self.action))
     }
 
-    fn outcome(&self, entering: &[Entering]) -> Outcome {
-        let entering = &entering[self.to as usize];
-        let reward = match self.reward {
-            Some(said) => said + entering.own,
-            None => entering.unsaid,
-        };
+    /// `on_entering` is what a step to each state pays by the scheme.
+    fn outcome(&self, on_entering: &[f64]) -> Outcome {
+        let reward = self.reward.unwrap_or(on_entering[self.to as usize]);
         Outcome {
             next: self.to,
             probability: self.probability,

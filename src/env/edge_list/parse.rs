@@ -63,10 +63,7 @@ impl EdgeList {
         };
         let mut lines = Vec::new();
         let mut record = StringRecord::new();
-        while reader
-            .read_record(&mut record)
-            .map_err(csv_error)?
-        {
+        while reader.read_record(&mut record).map_err(csv_error)? {
             let number = line_number(&text, record.position());
             let line = list
                 .line(&record, &columns, number)

@@ -44,7 +44,11 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
             rest = None;
             return Some(text);
         };
-        let width = if text[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        let width = if text[end..].starts_with(b"\r\n") {
+            2
+        } else {
+            1
+        };
         rest = Some(&text[end + width..]);
         Some(&text[..end])
     })
@@ -65,7 +69,7 @@ fn check_line(line: &[u8]) -> Result<(), (usize, &'static str)> {
             (_, b',') => At::FieldStart,
             (At::Closed | At::Blank, b' ' | b'\t') => At::Blank,
             (At::Closed | At::Blank, _) => return Err((column, TEXT_AFTER)),
-            (At::FieldStart | At::Unquoted, b'"') => return Err((column, STRAY)),
+            (At::Unquoted, b'"') => return Err((column, STRAY)),
             (At::FieldStart | At::Unquoted, _) => At::Unquoted,
         };
     }
@@ -101,7 +105,10 @@ mod tests {
 
     #[test]
     fn a_quote_left_open_is_found_where_it_opens() {
-        assert_eq!(broken("from\na,go,c\na,alt,\"b\nb,go,c\n"), Some((3, 7, OPEN)));
+        assert_eq!(
+            broken("from\na,go,c\na,alt,\"b\nb,go,c\n"),
+            Some((3, 7, OPEN))
+        );
         // The next quote would have closed it, and nothing would have been left open at the end.
         assert_eq!(broken("a,go,\"b\nb,go,\"c\n"), Some((1, 6, OPEN)));
         assert_eq!(broken("ä,\"go,b\"\"\r\n"), Some((1, 3, OPEN)));
