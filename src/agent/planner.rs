@@ -12,13 +12,14 @@
 //! optimistic and come down, so with γ = 1 a region without any way out would sink for ever; values end at a floor of
 //! ten times the longest simple path at the largest cost seen.
 //!
-//! Where that is slow, three things bound it:
+//! Where steps cost next to nothing and chance has a part, that is slow, and values that should come down hold each other
+//! up, sinking by the cost of a round at a time. Four things bound it:
 //!
 //! - A step has a budget of a few backups a state; what is left over waits for the next.
-//! - Values that should come down hold each other up where they can be gone round for next to nothing, and sink by the cost
-//!   of a round at a time. From below they have nothing to hold on to: after a step that used up its budget the plan is
-//!   made anew from the floor, but only so often that this at most doubles the work, and more seldom while it turns out to
-//!   change nothing (values from above and from below enclose what is right: Haddad & Monmege 2014).
+//! - In a world of few states a step that used up its budget is followed by policy iteration with policies evaluated exactly.
+//! - In a larger one the plan is then made anew from the floor, for from below values have nothing to hold on to (from above
+//!   and from below they enclose what is right: Haddad & Monmege 2014); but only so often that this adds a quarter to
+//!   the work, and more seldom while it turns out to change nothing.
 //! - With γ = 1 a loop that pays is worth more than any number. Once a value exceeds ten times what the longest simple path
 //!   could earn there must be one, and from then on plans discount, as if an episode went on for about so many steps.
 //!
@@ -27,6 +28,7 @@
 use super::checks::{AgentError, check, check_finite, check_gamma, check_positive};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
+use super::small_mdp::{Row, SmallMdp, Solution};
 use super::sweep::SweepQueue;
 use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
@@ -46,10 +48,14 @@ const LONG_PATHS: f64 = 10.0;
 /// The budget of a step, in backups a state; in small worlds at least so many.
 const BACKUPS_PER_STATE: usize = 8;
 const MIN_BACKUPS: usize = 200;
+/// Up to so many states, policies are evaluated exactly: a third of their cube is a few hundred microseconds.
+const FEW_STATES: usize = 64;
 /// A plan is close to done when what waits could change no value by more than this share of the largest reward.
 const ALMOST_DONE: f64 = 1e-5;
 /// A plan from the floor changed nothing where no value differs by more than this share of the largest.
 const MATERIAL: f64 = 1e-2;
+/// Budgets that pass for each budget's worth of a plan from the floor.
+const REST_PER_PLAN: u64 = 4;
 /// Steps between two plans from the floor that changed nothing, at most.
 const MAX_REST: u64 = 1 << 20;
 
@@ -260,6 +266,53 @@ impl Planner {
         }
     }
 
+    /// Solves the model, unless a loop turns out to pay: then sweeps go on with what that changes.
+    fn plan_exactly(&mut self) {
+        let problem = SmallMdp {
+            rows: (0..self.values.len()).map(|s| self.rows(s)).collect(),
+            gamma: self.gamma(),
+            floor: self.floor(),
+            ceiling: self.ceiling(),
+            tolerance: self.tolerance(),
+        };
+        match problem.solve(&self.values) {
+            Solution::Values(values, policies) => {
+                self.backups += (policies * values.len()) as u64;
+                self.values = values;
+                self.queue = SweepQueue::default();
+            }
+            Solution::Unbounded => {
+                self.loop_pays = true;
+                self.queue_all(1.0);
+            }
+        }
+    }
+
+    /// The actions of a state by the model; an unknown one is worth U, and then the task ends.
+    fn rows(&self, state: usize) -> Vec<Row> {
+        let state = StateId(state as u32);
+        let row = |action: Action| {
+            if self.model.tries(state, action) < self.params.known_after {
+                return Row {
+                    reward: self.optimistic_value(),
+                    next: Vec::new(),
+                };
+            }
+            let reward = self.model.action_value(state, action, 1.0, |_| 0.0);
+            let ways = self.model.ways_out(state, action);
+            Row {
+                reward: reward.expect("the action was tried") - STEP_COST,
+                next: ways
+                    .filter(|&(to, _)| !self.model.is_terminal(to))
+                    .map(|(to, probability)| (to.index(), probability))
+                    .collect(),
+            }
+        };
+        (0..self.model.num_actions())
+            .map(|a| row(action(a)))
+            .collect()
+    }
+
     /// Plans anew from the floor up, and rests as long as earns the backups of it; twice as long as last time if nothing
     /// came of it. A plan that is far from done when its backups are used up is dropped.
     fn plan_from_the_floor(&mut self, budget: usize) {
@@ -278,7 +331,7 @@ impl Planner {
         if !close {
             (self.values, self.queue) = (values, queue);
         }
-        let earned = (self.backups - backups) / budget as u64;
+        let earned = REST_PER_PLAN * (self.backups - backups) / budget as u64;
         self.last_rest = if changed {
             earned
         } else {
@@ -338,8 +391,12 @@ impl Agent for Planner {
         self.sweep(budget - 1);
         self.rest = self.rest.saturating_sub(1);
         let done = self.queue.most_urgent() == 0.0;
-        if !done && self.rest == 0 && budget < self.params.max_backups {
-            self.plan_from_the_floor(budget);
+        if !done && budget < self.params.max_backups {
+            if self.values.len() <= FEW_STATES {
+                self.plan_exactly();
+            } else if self.rest == 0 {
+                self.plan_from_the_floor(budget);
+            }
         }
         UpdateInfo { td_error }
     }
