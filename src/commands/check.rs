@@ -9,6 +9,7 @@ use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{ArmParams, Scenario, World};
+use eigentrail::telemetry::say;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
@@ -17,8 +18,21 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
         print(&loaded.scenario.to_toml());
     } else {
         print(&summary(&loaded.scenario)?);
+        warn_of(&loaded.scenario);
     }
     Ok(Ending::Done)
+}
+
+/// Says on stderr what the author of the world may not have meant.
+fn warn_of(scenario: &Scenario) {
+    let world = scenario.world(scenario.run.seed).ok();
+    for caution in world.iter().flat_map(World::cautions) {
+        say(format!("warning: {caution}"));
+    }
+    let moved = scenario.moved_world(scenario.run.seed).ok().flatten();
+    for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
+        say(format!("warning: since the goals moved, {caution}"));
+    }
 }
 
 /// What the scenario amounts to; refused if it cannot fit into this machine.
