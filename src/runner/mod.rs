@@ -6,7 +6,6 @@
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
 mod board;
-mod bounded;
 mod build;
 mod compare;
 mod crew;
