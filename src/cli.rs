@@ -10,7 +10,9 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "eigentrail", version, max_term_width = 100)]
 #[command(after_help = "\
-Exit codes: 0 ok, 1 failed while running, 2 usage, 3 bad input, 4 not converged under --strict, 130 interrupted.
+Exit codes: 0 ok, 1 failed while running, 2 usage, 3 bad input, 4 not converged under --strict,
+129, 130, 143 interrupted by SIGHUP, Ctrl-C, SIGTERM. If stdout cannot be written the work is done
+to its end all the same: then 0 if a pipe was closed (| head -1), else 1.
 Results go to stdout, everything else to stderr.")]
 pub struct Cli {
     /// What to do.

@@ -16,8 +16,10 @@
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
 #![deny(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
+mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;
@@ -27,6 +29,7 @@ pub mod features;
 pub mod gcn;
 pub mod graph;
 mod memory;
+pub mod printable;
 pub mod report;
 pub mod runner;
 pub mod scenario;

@@ -5,7 +5,8 @@
 mod env_worlds;
 
 use eigentrail::agent::{
-    Agent, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation, build_agent,
+    Agent, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation, UpdateInfo,
+    build_agent,
 };
 use eigentrail::engine::{
     Engine, EpisodeRecord, PipelineError, PipelineParams, RefreshRecord, ShapingPipeline,
@@ -434,6 +435,38 @@ fn a_goal_where_the_episode_goes_on_is_forgotten() {
         .observe(Action(1), &step(4, -1.0, StepStatus::Terminated))
         .unwrap();
     assert!(found.first_goal && found.refresh.is_some_and(|r| r.fit.is_some()));
+}
+
+/// Goes one way; what it learns doubles with each step.
+struct Diverging {
+    td_error: f64,
+}
+
+impl Agent for Diverging {
+    fn select_action(&mut self, _: Situation<'_>) -> Action {
+        Action(0)
+    }
+
+    fn update(&mut self, _: &Experience<'_>) -> UpdateInfo {
+        self.td_error *= 2.0;
+        UpdateInfo {
+            td_error: self.td_error,
+        }
+    }
+}
+
+#[test]
+fn an_agent_whose_values_diverge_ends_the_run() {
+    let params = params(PotentialKind::None, ExplorationKind::None);
+    let pipeline = ShapingPipeline::new(&params, 4, None, 0);
+    let mut engine = Engine::new(open(3), pipeline, Diverging { td_error: 1.0 });
+    // 90 steps an episode: after five of them 2⁴⁵⁰, whose square is still a number; after six no more.
+    for _ in 0..5 {
+        engine.run_episode(|_, _| {}).unwrap();
+    }
+    let error = engine.run_episode(|_, _| {}).unwrap_err();
+    assert!(matches!(error, PipelineError::Diverged { step: 540 }));
+    assert!(error.to_string().contains("agent.critic_learning_rate"));
 }
 
 #[test]

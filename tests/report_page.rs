@@ -234,6 +234,8 @@ fn pages_of_large_worlds_and_long_runs_stay_small_and_say_so() {
         regret: 33_333.0,
         optimal_steps: 598.0,
         final_mean_steps: 601.0,
+        optimal_return: None,
+        final_return: None,
         goals_moved_after: None,
         first_goal_step: Some(70_000),
         nodes: states,

@@ -64,7 +64,7 @@ use super::greedy::{action, advised, first_best};
 use super::params::{Bootstrap, UpdateRule};
 use super::policy::{clamp, sample, softmax};
 use super::{Agent, Experience, Situation, UpdateInfo};
-use crate::env::Action;
+use crate::env::{Action, LARGEST_RETURN};
 use crate::graph::StateId;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -115,8 +115,8 @@ impl ActorCriticParams {
             check(
                 key,
                 value,
-                value > 0.0 && value.is_finite(),
-                "a finite number above 0",
+                value > 0.0 && value <= LARGEST_RETURN,
+                "above 0 and at most 1e27",
             )
         };
         check_gamma(self.gamma)?;

@@ -1,11 +1,14 @@
 //! The rules that parameters of learners obey, and the error that names the one that is broken.
 
+use crate::brief::brief;
+use crate::env::LARGEST_RETURN;
+
 /// What can be wrong with an agent's parameters.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AgentError {
     /// A number outside its range.
-    #[error("agent.{key} is {value}, but must be {rule}")]
+    #[error("agent.{key} is {}, but must be {rule}", brief(*.value))]
     OutOfRange {
         /// The key in the `[agent]` table.
         key: &'static str,
@@ -38,7 +41,7 @@ pub(crate) fn check_action_values(
 ) -> Result<(), AgentError> {
     check_gamma(gamma)?;
     check_epsilon(epsilon)?;
-    check_finite("initial_value", initial_value)
+    check_return("initial_value", initial_value)
 }
 
 pub(crate) fn check_gamma(gamma: f64) -> Result<(), AgentError> {
@@ -68,8 +71,10 @@ fn check_epsilon(epsilon: f64) -> Result<(), AgentError> {
     )
 }
 
-pub(crate) fn check_finite(key: &'static str, value: f64) -> Result<(), AgentError> {
-    check(key, value, value.is_finite(), "a finite number")
+/// What can be a return, or something that is weighed against one.
+pub(crate) fn check_return(key: &'static str, value: f64) -> Result<(), AgentError> {
+    let rule = "a number of at most 1e27 in size";
+    check(key, value, value.abs() <= LARGEST_RETURN, rule)
 }
 
 /// A count of work that is done after a step: more than a million would take for ever.

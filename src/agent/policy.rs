@@ -36,7 +36,7 @@ pub fn softmax(preferences: &[f64], advice: &[f64], clip: f64, probabilities: &m
     }
     let mut total = 0.0;
     for p in probabilities.iter_mut() {
-        *p = (*p - largest).exp();
+        *p = libm::exp(*p - largest);
         total += *p;
     }
     let scale = 1.0 / total;
@@ -81,7 +81,7 @@ pub fn entropy(probabilities: &[f64]) -> f64 {
     -probabilities
         .iter()
         .filter(|&&p| p > 0.0)
-        .map(|&p| p * p.ln())
+        .map(|&p| p * libm::log(p))
         .sum::<f64>()
 }
 

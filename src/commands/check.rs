@@ -1,23 +1,38 @@
 //! `eigentrail check`
 
-use super::{Ending, print};
+use super::Ending;
 use crate::cli;
+use crate::output::print;
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{ArmParams, Scenario, World};
+use eigentrail::telemetry::say;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     if args.resolved {
-        print(&loaded.scenario.to_toml())?;
+        print(&loaded.scenario.to_toml());
     } else {
-        print(&summary(&loaded.scenario)?)?;
+        print(&summary(&loaded.scenario)?);
+        warn_of(&loaded.scenario);
     }
     Ok(Ending::Done)
+}
+
+/// Says on stderr what the author of the world may not have meant.
+fn warn_of(scenario: &Scenario) {
+    let world = scenario.world(scenario.run.seed).ok();
+    for caution in world.iter().flat_map(World::cautions) {
+        say(format!("warning: {caution}"));
+    }
+    let moved = scenario.moved_world(scenario.run.seed).ok().flatten();
+    for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
+        say(format!("warning: since the goals moved, {caution}"));
+    }
 }
 
 /// What the scenario amounts to; refused if it cannot fit into this machine.
@@ -123,7 +138,12 @@ struct Short(f64);
 
 impl std::fmt::Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = format!("{:.*}", f.precision().unwrap_or(3), self.0);
+        let precision = f.precision().unwrap_or(3);
+        let size = self.0.abs();
+        if size >= 1e15 || (size > 0.0 && size < 0.1_f64.powi(precision as i32)) {
+            return write!(f, "{:.precision$e}", self.0);
+        }
+        let digits = format!("{:.precision$}", self.0);
         f.write_str(digits.trim_end_matches('0').trim_end_matches('.'))
     }
 }

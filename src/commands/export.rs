@@ -1,11 +1,12 @@
 //! `eigentrail export`
 
-use super::{BadInput, Ending, Stdout, print, require_writable};
+use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, ExportFormat};
-use anyhow::{Context, Result};
+use crate::output::{print, print_with};
+use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::export::{self, Format, Source};
-use std::io::{BufWriter, IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 pub fn export(args: &cli::Export) -> Result<Ending> {
@@ -29,7 +30,7 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
     }
     let files = export::export(&source, format, &out, args.force).map_err(Error::from)?;
     for file in files {
-        print(&format!("written to {}", file.display()))?;
+        print(&format!("written to {}", file.display()));
     }
     Ok(Ending::Done)
 }
@@ -45,13 +46,10 @@ fn to_stdout(source: &Source, format: Format) -> Result<Ending> {
     if std::io::stdout().is_terminal() {
         let mut text = Vec::new();
         export::write_graph(&mut text, &graph, format)?;
-        print(&String::from_utf8_lossy(&text))?;
-        return Ok(Ending::Done);
+        print(&String::from_utf8_lossy(&text));
+    } else {
+        print_with(|out| export::write_graph(out, &graph, format));
     }
-    let mut out = BufWriter::new(std::io::stdout().lock());
-    export::write_graph(&mut out, &graph, format)
-        .and_then(|()| out.flush())
-        .context(Stdout)?;
     Ok(Ending::Done)
 }
 

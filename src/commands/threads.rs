@@ -1,6 +1,7 @@
 //! The threads of the program: as many as asked for, or as there are to be had.
 
 use anyhow::{Context, Result};
+use eigentrail::telemetry::say;
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -23,7 +24,9 @@ pub fn start(wanted: Option<usize>) -> Result<()> {
     pool.build_global().context("cannot start the threads")?;
     let used = rayon::current_num_threads();
     if used < wanted {
-        eprintln!("warning: {wanted} threads are not to be had; going on with {used}");
+        say(format!(
+            "warning: {wanted} threads are not to be had; going on with {used}"
+        ));
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 //! A fit costs time in proportion to the states known, so unless much has changed it waits for as many steps as are a
 //! given share of them: what fits cost by step then does not grow with the world.
 
+use crate::brief::brief;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +39,7 @@ impl Default for ScheduleParams {
 
 /// A parameter that breaks its rule.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("schedule.{key} = {value}: {rule}")]
+#[error("schedule.{key} = {}: {rule}", brief(*.value))]
 pub struct ScheduleParamsError {
     /// The key in the `[schedule]` table.
     pub key: &'static str,

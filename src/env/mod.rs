@@ -26,12 +26,18 @@ pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
 pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
-pub use tabular::{MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
+pub use tabular::{Caution, MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::fmt::Debug;
 use std::hash::Hash;
+
+/// What the rewards of a run may add up to, in size: its square, and its ratio to [`SMALLEST_REWARD`], are still numbers.
+pub const LARGEST_RETURN: f64 = 1e27;
+
+/// The smallest size of a reward that is not 0: next to a smaller one others would count as infinite.
+pub const SMALLEST_REWARD: f64 = 1e-30;
 
 /// The number of an action, `0..num_actions`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -23,6 +23,8 @@ pub mod stale;
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;
 
+use crate::brief::brief;
+use crate::env::LARGEST_RETURN;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +90,7 @@ impl Default for ExplorationParams {
 
 /// A parameter that breaks its rule.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("exploration.{key} = {value}: {rule}")]
+#[error("exploration.{key} = {}: {rule}", brief(*.value))]
 pub struct ExplorationParamsError {
     /// The key in the `[exploration]` table.
     pub key: &'static str,
@@ -104,22 +106,22 @@ impl ExplorationParams {
     /// # Errors
     /// The first key that breaks its rule.
     pub fn validate(&self) -> Result<(), ExplorationParamsError> {
-        let non_negative = "must be finite and at least 0";
+        let non_negative = "must be at least 0 and below 1e27";
         let share = "must be at least 0 and below 1";
         let checks = [
             (
                 "frontier_advice",
                 self.frontier_advice,
-                f64::INFINITY,
+                LARGEST_RETURN,
                 non_negative,
             ),
             (
                 "potential_advice",
                 self.potential_advice,
-                f64::INFINITY,
+                LARGEST_RETURN,
                 non_negative,
             ),
-            ("bonus", self.bonus, f64::INFINITY, non_negative),
+            ("bonus", self.bonus, LARGEST_RETURN, non_negative),
             ("search_share", self.search_share, 1.0, share),
             ("reward_search_share", self.reward_search_share, 1.0, share),
         ];

@@ -1,5 +1,6 @@
 //! Why there are no features.
 
+use crate::brief::brief;
 use crate::spectral::SpectralError;
 
 /// Errors of this module.
@@ -22,7 +23,7 @@ pub enum FeatureError {
         value: f64,
     },
     /// A parameter outside its range.
-    #[error("deepwalk.{key} is {value}: it must be {rule}")]
+    #[error("deepwalk.{key} is {}: it must be {rule}", brief(*.value))]
     Parameter {
         /// Key inside `[deepwalk]`.
         key: &'static str,

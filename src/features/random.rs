@@ -46,8 +46,8 @@ impl RandomFeatures {
 
 /// Box & Muller 1958, one of the two.
 fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
-    radius * (TAU * rng.random::<f64>()).cos()
+    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
+    radius * libm::cos(TAU * rng.random::<f64>())
 }
 
 #[cfg(test)]

@@ -57,8 +57,8 @@ impl Adam {
             "gradient of another shape"
         );
         self.steps += 1;
-        let rate = self.learning_rate / (1.0 - BETA1.powf(self.steps as f64));
-        let root = (1.0 - BETA2.powf(self.steps as f64)).sqrt();
+        let rate = self.learning_rate / (1.0 - libm::pow(BETA1, self.steps as f64));
+        let root = (1.0 - libm::pow(BETA2, self.steps as f64)).sqrt();
         let moments = self
             .first_moment
             .slices_mut()

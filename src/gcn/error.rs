@@ -1,11 +1,13 @@
 //! What can go wrong with data from outside: parameters, checkpoints, floating point.
 
+use crate::brief::brief;
+
 /// Errors of this module. Wrong shapes between arguments of one call panic instead.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GcnError {
     /// A parameter is out of range.
-    #[error("gcn.{key} must be {rule}, it is {value}")]
+    #[error("gcn.{key} must be {rule}, it is {}", brief(*.value))]
     Param {
         /// The key in the scenario's `[gcn]` table.
         key: &'static str,

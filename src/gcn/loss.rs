@@ -169,7 +169,7 @@ fn softmax(row: &mut [f64]) {
     let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut sum = 0.0;
     for value in row.iter_mut() {
-        *value = (*value - largest).exp();
+        *value = libm::exp(*value - largest);
         sum += *value;
     }
     row.iter_mut().for_each(|value| *value /= sum);
@@ -178,7 +178,7 @@ fn softmax(row: &mut [f64]) {
 /// ln Σ exp z over the entries of a row, which is walked twice.
 fn log_sum_exp<I: Iterator<Item = f64>>(row: impl Fn() -> I) -> f64 {
     let largest = row().fold(f64::NEG_INFINITY, f64::max);
-    largest + row().map(|z| (z - largest).exp()).sum::<f64>().ln()
+    largest + libm::log(row().map(|z| libm::exp(z - largest)).sum::<f64>())
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub fn blocks(episodes: usize, most: usize) -> Vec<Range<usize>> {
     let mut begin = 0;
     let mut blocks = Vec::with_capacity(most + 1);
     for i in 0..=most {
-        let end = (episodes as f64).powf(i as f64 / most as f64).round() as usize;
+        let end = libm::pow(episodes as f64, i as f64 / most as f64).round() as usize;
         let end = if i == most { episodes } else { end };
         if end > begin {
             blocks.push(begin..end);

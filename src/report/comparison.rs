@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The moment when episodes had come near the optimum, counted from the last move of the goals.
+/// The moment when returns had come near the optimum, counted from the last move of the goals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Arrival {
     /// Episodes run until then.
@@ -26,15 +26,23 @@ pub struct TrialResult {
     pub optimal_steps: f64,
     /// Mean length of the last tenth of the episodes, at least 20 of them.
     pub final_mean_steps: f64,
-    /// Episodes before the goals moved, if they did: `optimal_steps`, `final_mean_steps` and the approach to the optimum
-    /// are then of the episodes since.
+    /// Mean return of an episode under the best policy, R*.
+    pub optimal_return: f64,
+    /// Mean return of the episodes of `final_mean_steps`, R̄.
+    pub final_return: f64,
+    /// 1 + (R* − R̄) / |R*|, with the largest |reward| of the world in place of |R*| where R* = 0: 1 is the best, and where
+    /// every step costs the same this is `final_mean_steps` ÷ `optimal_steps`.
+    pub final_ratio: f64,
+    /// Episodes before the goals moved, if they did: what is optimal, what is final and the approach to the optimum are
+    /// then of the episodes since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goals_moved_after: Option<usize>,
     /// The environment step, from 1, that first reached a goal; none if none did.
     pub first_goal_step: Option<u64>,
-    /// When the mean length of the last 20 episodes first was at most 1.5 times the optimum; none if never.
+    /// When the mean return of the last 20 episodes was first within 1.5 times the optimum, at least R* − 0.5 |R*|, with
+    /// the largest |reward| in place of |R*| where R* = 0; none if never.
     pub within_1_5x: Option<Arrival>,
-    /// The same for 1.1 times.
+    /// The same for 1.1 times, R* − 0.1 |R*|.
     pub within_1_1x: Option<Arrival>,
     /// States discovered.
     pub nodes: usize,
@@ -68,7 +76,7 @@ impl TrialTiming {
     pub fn finish(&mut self, wall_seconds: f64, steps: u64) {
         self.wall_seconds = wall_seconds;
         self.rest_seconds = wall_seconds - self.spectrum_seconds - self.fit_seconds;
-        self.steps_per_second = steps as f64 / wall_seconds;
+        self.steps_per_second = steps as f64 / wall_seconds.max(1e-9);
     }
 }
 
@@ -142,15 +150,17 @@ pub struct ArmSummary {
     pub probability_of_improvement: ProbabilityInterval,
     /// Environment steps until a goal was reached first.
     pub first_goal_step: Moments,
-    /// Episodes until the mean length of 20 was at most 1.5 times the optimum.
+    /// Episodes until the mean return of 20 was within 1.5 times the optimum ([`TrialResult::within_1_5x`]).
     pub episodes_to_1_5x: Moments,
     /// Environment steps until then.
     pub steps_to_1_5x: Moments,
-    /// Episodes until it was at most 1.1 times the optimum.
+    /// Episodes until it was within 1.1 times the optimum.
     pub episodes_to_1_1x: Moments,
     /// Environment steps until then.
     pub steps_to_1_1x: Moments,
-    /// Mean length of the last episodes ÷ optimum: median over seeds.
+    /// Mean return of the last tenth of the episodes, at least 20 of them.
+    pub final_return: MedianInterval,
+    /// How far that is from the best, 1 ([`TrialResult::final_ratio`]): median over seeds.
     pub final_ratio: f64,
     /// Largest number of false maxima of φ at the end of a run; none without a potential.
     pub spurious_maxima: Option<usize>,
@@ -203,8 +213,10 @@ pub struct Comparison {
     pub episodes: usize,
     /// Mean length of an episode under the best policy.
     pub optimal_steps: f64,
-    /// Episodes before the goals moved, if they did: `optimal_steps`, the steps and episodes to 1.5 and 1.1 times the
-    /// optimum, and the final ratio are of the episodes since.
+    /// Mean return of such an episode, R*.
+    pub optimal_return: f64,
+    /// Episodes before the goals moved, if they did: what is optimal, the steps and episodes to 1.5 and 1.1 times the
+    /// optimum, and what is final are of the episodes since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goals_moved_after: Option<usize>,
     /// Regret of the sparse arm that the ratios refer to, whether it was asked for or not.

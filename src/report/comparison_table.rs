@@ -1,7 +1,7 @@
 //! Comparisons as people read them: a table for each world, and one over all worlds.
 
 use super::comparison::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments};
-use super::terminal::grouped;
+use super::terminal::{amount, counts_steps, grouped, whole};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
@@ -86,13 +86,17 @@ fn title(comparison: &Comparison) -> String {
         Some(_) => " since the goals moved",
         None => "",
     };
+    let (most, steps) = (comparison.optimal_return, comparison.optimal_steps);
+    let earns = match counts_steps(most, steps) {
+        true => String::new(), // −1 a step: the steps say it
+        false => format!(", return {}", amount(most)),
+    };
     format!(
-        "{}: {} seeds ({}), {} episodes each, optimal episode {:.1} steps{since}",
+        "{}: {} seeds ({}), {} episodes each, optimal episode {steps:.1} steps{earns}{since}",
         comparison.scenario,
         comparison.seeds.len(),
         ranges(&comparison.seeds),
         grouped(comparison.episodes as u64),
-        comparison.optimal_steps
     )
 }
 
@@ -111,7 +115,7 @@ fn row(arm: &ArmSummary, timing: &ArmTiming, comparison: &Comparison) -> Vec<Str
         moments(&arm.first_goal_step),
         moments(&arm.steps_to_1_5x),
         moments(&arm.steps_to_1_1x),
-        format!("{:.2}", arm.final_ratio),
+        final_cell(arm, comparison.optimal_return),
         arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),
         format!("{:.0}", time.wall_seconds * 1e3),
         format!("{:.2}", 1e6 / time.steps_per_second),
@@ -119,12 +123,33 @@ fn row(arm: &ArmSummary, timing: &ArmTiming, comparison: &Comparison) -> Vec<Str
     cells
 }
 
+/// The return of the last episodes ÷ R* where both are costs, so that more is worse; "0.31 of 1.00" where the best policy
+/// earns something, or nothing.
+pub(super) fn final_cell(arm: &ArmSummary, optimal_return: f64) -> String {
+    match arm.final_return.median {
+        Some(earned) if optimal_return >= 0.0 => {
+            format!("{} of {}", amount(earned), amount(optimal_return))
+        }
+        _ => times(arm.final_ratio),
+    }
+}
+
+/// A ratio, as a power of ten where it is beyond counting.
+fn times(ratio: f64) -> String {
+    match ratio.abs() {
+        ..1e6 => format!("{ratio:.2}"),
+        _ => format!("{ratio:.1e}"),
+    }
+}
+
 /// What the columns mean and refer to.
 fn notes(comparison: &Comparison) -> String {
     let mut text = String::from(
         "[ ]: 95 % bootstrap interval. better: chance of less regret than sparse. first goal, to 1.5×, to 1.1×: median \
-         environment steps, – if half of the seeds or more never get there. final: length of the last episodes ÷ optimum.\n",
+         environment steps, – if half of the seeds or more never get there.",
     );
+    text += nearness(comparison.optimal_return);
+    text.push('\n');
     if let Some(after) = comparison.goals_moved_after {
         let _ = writeln!(
             text,
@@ -155,15 +180,23 @@ fn notes(comparison: &Comparison) -> String {
     text
 }
 
+/// What is near the optimum R*, and what "final" says.
+fn nearness(optimal_return: f64) -> &'static str {
+    if optimal_return < 0.0 {
+        " to 1.1×: until the mean return of 20 episodes ≥ 1.1 R*. final: return of the last episodes ÷ R*."
+    } else if optimal_return > 0.0 {
+        " to 1.1×: until the mean return of 20 episodes ≥ 0.9 R*. final: return of the last episodes, of R*."
+    } else {
+        " to 1.1×: until the mean return of 20 episodes ≥ −0.1 × the largest |reward|. final: return of the last episodes, \
+         of R*."
+    }
+}
+
 pub(super) fn dash() -> String {
     "–".to_owned()
 }
 
 pub(super) fn iqm(value: &IqmInterval) -> String {
-    let whole = |x: f64| match x < 0.0 {
-        true => format!("-{}", grouped((-x).round() as u64)),
-        false => grouped(x.round() as u64),
-    };
     format!(
         "{} [{}, {}]",
         whole(value.iqm),
@@ -249,6 +282,11 @@ mod tests {
             steps_to_1_5x: at(1000.5),
             episodes_to_1_1x: never,
             steps_to_1_1x: never,
+            final_return: MedianInterval {
+                median: Some(-21.08),
+                low: Some(-22.0),
+                high: Some(-20.0),
+            },
             final_ratio: 1.054,
             spurious_maxima: None,
         };
@@ -258,6 +296,7 @@ mod tests {
             arms: vec![gcn],
             episodes: 500,
             optimal_steps: 20.0,
+            optimal_return: -20.0,
             goals_moved_after: None,
             sparse_regret: IqmInterval {
                 iqm: 10_350.0,
@@ -288,6 +327,30 @@ mod tests {
         ] {
             assert!(text.contains(words), "no {words} in\n{text}");
         }
+    }
+
+    #[test]
+    fn an_arm_that_earns_nothing_does_not_look_as_if_it_had_arrived() {
+        let mut holes = comparison();
+        holes.optimal_return = 1.0;
+        holes.arms[0].final_ratio = 2.0;
+        holes.arms[0].final_return.median = Some(0.0);
+        let text = render_comparison(&holes, TableStyle::Markdown);
+        for words in [
+            "optimal episode 20.0 steps, return 1.00\n",
+            "|       – | 0 of 1.00 |",
+            "≥ 0.9 R*",
+        ] {
+            assert!(text.contains(words), "no {words} in\n{text}");
+        }
+        holes.optimal_return = -10.0;
+        holes.arms[0].final_ratio = 1.3;
+        let text = render_comparison(&holes, TableStyle::Markdown);
+        assert!(text.contains("|       – |  1.30 |"), "{text}");
+        assert!(
+            text.contains("return -10.0\n") && text.contains("≥ 1.1 R*"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -11,7 +11,6 @@ mod figure;
 mod map;
 mod map_png;
 mod page;
-mod printable;
 mod recorded;
 mod recorded_comparison;
 mod sparkline;
@@ -31,11 +30,12 @@ pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
 pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
 pub use map_png::png_of_values;
 pub use page::{html_comparison, html_report, live_page, report_data};
-pub use printable::printable;
 pub use recorded::{
     EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, SINGLE_ROWS, read_runs,
 };
 pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use sparkline::sparkline;
-pub use summary::{RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_steps};
+pub use summary::{
+    RunLine, SeedResult, SeedTiming, Summary, Timing, final_mean_return, final_mean_steps,
+};
 pub use terminal::{grouped, render_run};

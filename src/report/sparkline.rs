@@ -14,7 +14,7 @@ pub fn sparkline(values: &[u32], width: usize) -> String {
         .map(|g| {
             let group = &values[g * values.len() / groups..(g + 1) * values.len() / groups];
             let sum: u64 = group.iter().map(|&v| u64::from(v)).sum();
-            (1.0 + sum as f64 / group.len() as f64).ln()
+            libm::log(1.0 + sum as f64 / group.len() as f64)
         })
         .collect();
     let low = means.iter().copied().fold(f64::INFINITY, f64::min);

@@ -19,8 +19,13 @@ pub struct SeedResult {
     pub optimal_steps: f64,
     /// Mean length of the last tenth of the episodes, at least 20 of them; 0 before the first episode ends.
     pub final_mean_steps: f64,
-    /// Episodes before the goals moved, if they did: `optimal_steps`, `final_mean_steps` are then
-    /// of the episodes since.
+    /// Mean return of an episode under the best policy; none if an earlier version made the folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optimal_return: Option<f64>,
+    /// Mean return of the episodes of `final_mean_steps`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub final_return: Option<f64>,
+    /// Episodes before the goals moved, if they did: what is optimal and what is final are then of the episodes since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goals_moved_after: Option<usize>,
     /// The environment step, from 1, that first reached a goal; none if none did.
@@ -42,7 +47,7 @@ pub struct SeedTiming {
     pub seed: u64,
     /// Seconds from the first step to the last file.
     pub wall_seconds: f64,
-    /// Environment steps ÷ `wall_seconds`.
+    /// Environment steps ÷ `wall_seconds`, or ÷ a nanosecond if no clock ticked.
     pub steps_per_second: f64,
 }
 
@@ -129,10 +134,21 @@ impl<'a> RunLine<'a> {
 
 /// Mean of the last tenth of `steps`, at least 20 of them (all, if there are fewer); 0 for none.
 pub fn final_mean_steps(steps: &[u32]) -> f64 {
-    let window = (steps.len() / 10).max(20).min(steps.len());
-    let last = &steps[steps.len() - window..];
+    let last = last_tenth(steps);
     let sum: u64 = last.iter().map(|&s| u64::from(s)).sum();
-    sum as f64 / window.max(1) as f64
+    sum as f64 / last.len().max(1) as f64
+}
+
+/// The same of the episodes' returns.
+pub fn final_mean_return(returns: &[f64]) -> f64 {
+    let last = last_tenth(returns);
+    last.iter().sum::<f64>() / last.len().max(1) as f64
+}
+
+/// Of something that was noted for each episode, the last tenth, at least 20.
+fn last_tenth<T>(noted: &[T]) -> &[T] {
+    let window = (noted.len() / 10).max(20).min(noted.len());
+    &noted[noted.len() - window..]
 }
 
 #[cfg(test)]
@@ -152,6 +168,14 @@ mod tests {
         );
         assert_eq!(final_mean_steps(&[4, 6]), 5.0);
         assert_eq!(final_mean_steps(&[]), 0.0);
+        let returns: Vec<f64> = steps.iter().map(|&s| -f64::from(s)).collect();
+        for n in [1000, 30, 2, 1] {
+            assert_eq!(
+                final_mean_return(&returns[..n]),
+                -final_mean_steps(&steps[..n])
+            );
+        }
+        assert_eq!(final_mean_return(&[]), 0.0);
     }
 
     #[test]
@@ -167,6 +191,8 @@ mod tests {
                 optimal_steps: 1.0,
                 goals_moved_after: None,
                 final_mean_steps: 1.0,
+                optimal_return: Some(-1.0),
+                final_return: Some(-1.0),
                 first_goal_step: None,
                 nodes: 1,
                 edges: 0,

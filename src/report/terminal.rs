@@ -35,7 +35,6 @@ pub fn render_run(
 }
 
 fn rows(result: &SeedResult, timing: &SeedTiming) -> impl Iterator<Item = (&'static str, String)> {
-    let ratio = result.final_mean_steps / result.optimal_steps;
     let episodes = if result.finished {
         ""
     } else {
@@ -58,13 +57,7 @@ fn rows(result: &SeedResult, timing: &SeedTiming) -> impl Iterator<Item = (&'sta
         ("steps", grouped(result.steps)),
         ("first goal", first_goal),
         ("regret", grouped_real(result.regret)),
-        (
-            "final episodes against optimal",
-            format!(
-                "{:.1} / {:.1} steps = {ratio:.2}",
-                result.final_mean_steps, result.optimal_steps
-            ),
-        ),
+        ("final episodes against optimal", against_optimal(result)),
         (
             "graph",
             format!(
@@ -90,6 +83,45 @@ fn rows(result: &SeedResult, timing: &SeedTiming) -> impl Iterator<Item = (&'sta
     .into_iter()
 }
 
+/// Steps, and with them returns where these say more than steps do.
+fn against_optimal(result: &SeedResult) -> String {
+    let (steps, best) = (result.final_mean_steps, result.optimal_steps);
+    let lengths = format!("{steps:.1} / {best:.1} steps");
+    match (result.final_return, result.optimal_return) {
+        (Some(earned), Some(most))
+            if !(counts_steps(earned, steps) && counts_steps(most, best)) =>
+        {
+            format!("return {} of {}, {lengths}", amount(earned), amount(most))
+        }
+        _ => format!("{lengths} = {:.2}", steps / best),
+    }
+}
+
+/// Whether a mean return is −1 times a mean length, but for rounding.
+pub(super) fn counts_steps(mean_return: f64, mean_steps: f64) -> bool {
+    (mean_return + mean_steps).abs() <= 1e-9 * mean_steps
+}
+
+/// A return, to about three digits.
+pub(super) fn amount(number: f64) -> String {
+    match number.abs() {
+        0.0 => "0".to_owned(),
+        ..0.01 => format!("{number:.1e}"),
+        ..9.995 => format!("{number:.2}"),
+        ..999.95 => format!("{number:.1}"),
+        _ => whole(number),
+    }
+}
+
+/// A real number as a whole one; as a power of ten where no one counts digits any more.
+pub(super) fn whole(number: f64) -> String {
+    if number.abs() >= 1e15 {
+        return format!("{number:.3e}");
+    }
+    let sign = if number <= -0.5 { "-" } else { "" };
+    format!("{sign}{}", grouped(number.abs().round() as u64))
+}
+
 /// 1 234 567, with narrow gaps.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -105,6 +137,9 @@ pub fn grouped(number: u64) -> String {
 
 /// The same for a real number, to a tenth, without a needless ".0".
 fn grouped_real(number: f64) -> String {
+    if number.abs() >= 1e15 {
+        return whole(number);
+    }
     let tenths = (number.abs() * 10.0).round() as u64;
     let sign = if number < 0.0 && tenths > 0 { "-" } else { "" };
     match tenths % 10 {
@@ -117,19 +152,8 @@ fn grouped_real(number: f64) -> String {
 mod tests {
     use super::*;
 
-    #[test]
-    fn digits_are_grouped_by_three() {
-        assert_eq!(grouped(7), "7");
-        assert_eq!(grouped(1234), "1 234");
-        assert_eq!(grouped(123456), "123 456");
-        assert_eq!(grouped_real(-1234.56), "-1 234.6");
-        assert_eq!(grouped_real(-0.01), "0");
-        assert_eq!(grouped_real(20.0), "20");
-    }
-
-    #[test]
-    fn a_run_reads_well() {
-        let result = SeedResult {
+    fn result() -> SeedResult {
+        SeedResult {
             seed: 3,
             finished: true,
             episodes: 500,
@@ -138,12 +162,54 @@ mod tests {
             optimal_steps: 20.0,
             goals_moved_after: None,
             final_mean_steps: 21.5,
+            optimal_return: None,
+            final_return: None,
             first_goal_step: Some(321),
             nodes: 104,
             edges: 188,
             spectrum_refreshes: 9,
             gcn_fits: 8,
-        };
+        }
+    }
+
+    #[test]
+    fn digits_are_grouped_by_three() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1234), "1 234");
+        assert_eq!(grouped(123456), "123 456");
+        assert_eq!(grouped_real(-1234.56), "-1 234.6");
+        assert_eq!(grouped_real(-0.01), "0");
+        assert_eq!(grouped_real(20.0), "20");
+        assert_eq!(grouped_real(-1.5e24), "-1.500e24");
+    }
+
+    #[test]
+    fn returns_have_about_three_digits() {
+        let texts = [0.0, 1.0, -0.744, 12.34, -120.0, 2345.6, -0.0012, 2e18].map(amount);
+        let expected = [
+            "0", "1.00", "-0.74", "12.3", "-120.0", "2 346", "-1.2e-3", "2.000e18",
+        ];
+        assert_eq!(texts, expected);
+        assert_eq!([-0.4, -0.5, 1234.5].map(whole), ["0", "-1", "1 235"]);
+    }
+
+    #[test]
+    fn a_run_that_earns_nothing_does_not_look_short() {
+        let mut result = result();
+        (result.final_mean_steps, result.optimal_steps) = (1.0, 3.0);
+        assert_eq!(against_optimal(&result), "1.0 / 3.0 steps = 0.33");
+        (result.final_return, result.optimal_return) = (Some(0.0), Some(1.0));
+        assert_eq!(
+            against_optimal(&result),
+            "return 0 of 1.00, 1.0 / 3.0 steps"
+        );
+        (result.final_return, result.optimal_return) = (Some(-1.0), Some(-3.0));
+        assert_eq!(against_optimal(&result), "1.0 / 3.0 steps = 0.33");
+    }
+
+    #[test]
+    fn a_run_reads_well() {
+        let result = result();
         let timing = SeedTiming {
             seed: 3,
             wall_seconds: 0.5,

@@ -18,7 +18,7 @@ pub enum RunnerError {
     },
     /// What is to be resumed or replaced is no run, so touching it might destroy something else.
     #[error(
-        "{path}: not a run folder (it has no {marker}), so it is left alone; name another with --out",
+        "{path}: not a run folder (it has no {marker} of this program), so it is left alone; name another with --out",
         path = path.display()
     )]
     NotARunFolder {
@@ -26,6 +26,15 @@ pub enum RunnerError {
         path: PathBuf,
         /// The file that it would have.
         marker: &'static str,
+    },
+    /// Another program writes there at this moment.
+    #[error(
+        "{path}: another run is writing to this folder; wait for its end (then --resume goes on in it), or name another with --out",
+        path = path.display()
+    )]
+    FolderInUse {
+        /// The folder.
+        path: PathBuf,
     },
     /// An arm that is neither built in nor defined by the scenario.
     #[error("--arms: there is no arm `{name}`{right}")]

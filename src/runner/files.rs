@@ -3,49 +3,61 @@
 //! A whole file is written beside its place and renamed onto it. A file that grows is handed to the operating system in
 //! whole lines or records, and cut back to the last whole one if that fails.
 
+pub use super::temporary::{TemporaryFolder, remove_temporaries};
+
+use super::temporary::Temporary;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use tempfile::NamedTempFile;
 
-/// Replaces `path` by what `fill` writes, or leaves it as it was.
+/// Replaces `path` by what `fill` writes, or leaves it as it was. What is there and no plain file, such as a pipe or
+/// `/dev/stdout`, is written to as it is.
 pub fn write_atomically(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> io::Result<()>,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut file = temporary_file(folder)?;
-    let mut writer = BufWriter::new(&mut file);
-    fill(&mut writer)?;
-    writer.flush()?;
-    drop(writer);
-    file.as_file().sync_data()?;
-    file.persist(path)?;
-    Ok(())
+    if is_special(path) {
+        return write_through(&mut File::create(path)?, fill);
+    }
+    let mut file = Temporary::create(folder_of(path))?;
+    write_through(file.file(), fill)?;
+    file.file().sync_data()?;
+    file.persist(path)
 }
 
-/// A temporary file with the permissions that `File::create` gives; by default only its owner could read it.
-fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // the umask still applies
+fn write_through(
+    file: &mut File,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer)?;
+    writer.flush()
+}
+
+/// Finds out whether [`write_atomically`] may succeed at `path`.
+///
+/// # Errors
+/// Why it will not.
+pub fn try_out(path: &Path) -> io::Result<()> {
+    match is_special(path) {
+        true => Ok(()),
+        false => tempfile::tempfile_in(folder_of(path)).map(drop),
     }
-    // tempfile adds " at path" and a name that says nothing to whoever named another file.
-    builder.tempfile_in(folder).map_err(|error| {
-        let text = error.to_string();
-        let cause = text
-            .rsplit_once(" at path ")
-            .map_or(&*text, |(cause, _)| cause);
-        io::Error::new(error.kind(), cause)
-    })
+}
+
+/// Whether something is there that cannot be replaced by a file.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// Writes a text as it is.
@@ -64,20 +76,28 @@ pub fn write_csv(path: &Path, rows: impl Iterator<Item = impl Serialize>) -> io:
     })
 }
 
-/// Writes `value` as indented JSON with a final newline.
-pub fn write_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
-    write_atomically(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, value)?;
-        file.write_all(b"\n")
-    })
+/// Writes `value` as indented JSON with a final newline, or nothing if that could not be read back.
+pub fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T) -> io::Result<()> {
+    write_readable::<T>(path, serde_json::to_vec_pretty(value)?)
 }
 
-/// Writes `value` as JSON without white space, with a final newline.
-pub fn write_compact_json(path: &Path, value: &impl Serialize) -> io::Result<()> {
-    write_atomically(path, |file| {
-        serde_json::to_writer(&mut *file, value)?;
-        file.write_all(b"\n")
-    })
+/// Writes `value` as JSON without white space, with a final newline, or nothing if that could not be read back.
+pub fn write_compact_json<T: Serialize + DeserializeOwned>(
+    path: &Path,
+    value: &T,
+) -> io::Result<()> {
+    write_readable::<T>(path, serde_json::to_vec(value)?)
+}
+
+/// Writes JSON that is a `T`. JSON has no infinity and no NaN: serde writes `null`, which is no number to whoever reads it.
+fn write_readable<T: DeserializeOwned>(path: &Path, mut json: Vec<u8>) -> io::Result<()> {
+    serde_json::from_slice::<T>(&json).map_err(|error| {
+        let what =
+            format!("what came out cannot be read back, a number in it is not finite ({error})");
+        io::Error::new(io::ErrorKind::InvalidData, what)
+    })?;
+    json.push(b'\n');
+    write_atomically(path, |file| file.write_all(&json))
 }
 
 /// Reads JSON.
@@ -226,6 +246,26 @@ mod tests {
         assert!(result.is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.json");
+        write_json(&path, &vec![1.0, f64::MAX]).unwrap();
+        for number in [f64::INFINITY, f64::NAN] {
+            for write in [write_json, write_compact_json] {
+                let error = write(&path, &vec![2.0, number]).unwrap_err().to_string();
+                assert!(error.contains("not finite"), "{error}");
+            }
+        }
+        assert_eq!(read_json::<Vec<f64>>(&path).unwrap(), [1.0, f64::MAX]);
+        // An absence is written and read as one.
+        write_json(&path, &vec![Some(1.0), None]).unwrap();
+        assert_eq!(
+            read_json::<Vec<Option<f64>>>(&path).unwrap(),
+            [Some(1.0), None]
+        );
     }
 
     #[test]

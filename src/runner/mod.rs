@@ -5,6 +5,7 @@
 //! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
+mod belongings;
 mod board;
 mod build;
 mod compare;
@@ -16,6 +17,8 @@ mod folder;
 mod follow;
 mod graph_files;
 mod ledger;
+mod lock;
+mod nearness;
 mod phases;
 mod places;
 mod potential;
@@ -24,6 +27,7 @@ mod run;
 mod session;
 mod snapshots;
 pub mod statistics;
+mod temporary;
 mod thinning;
 mod trial;
 
@@ -35,6 +39,7 @@ pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
 pub use follow::{Follower, Moment};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
+pub use lock::FolderLock;
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{Outlets, SeedOutcome, Watch, run_seed};

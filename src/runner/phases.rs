@@ -3,7 +3,8 @@
 //! ρ(T) = Σ_t (R*_t − R_t), eq. 15 of the source report with R*_t the optimum **of the goals in force in episode t**:
 //! of a goal that moves, no policy can earn what the goal before it paid.
 
-use crate::env::{GridWorld, Model, Optimum, TabularEnvironment};
+use super::nearness::Nearness;
+use crate::env::{GridWorld, Model, TabularEnvironment};
 use crate::scenario::{MovedWorld, Scenario, World};
 
 /// The worlds of a run: the same states, other goals.
@@ -49,14 +50,12 @@ impl Worlds {
 }
 
 impl<E: Model> Phases<E> {
-    /// The optimum of each phase; see [`Model::optimum`] for the cost.
+    /// The optimum of each phase; see [`Nearness::of`] for the cost.
     pub fn yardstick(&self) -> Yardstick {
+        let moved = self.moved.as_ref();
         Yardstick {
-            first: self.first.optimum(),
-            moved: self
-                .moved
-                .as_ref()
-                .map(|(after, world)| (*after, world.optimum())),
+            first: Nearness::of(&self.first),
+            moved: moved.map(|(after, world)| (*after, Nearness::of(world.as_ref()))),
         }
     }
 
@@ -70,8 +69,8 @@ impl<E: Model> Phases<E> {
 /// What the best policy earns and takes in each episode of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Yardstick {
-    first: Optimum,
-    moved: Option<(usize, Optimum)>,
+    first: Nearness,
+    moved: Option<(usize, Nearness)>,
 }
 
 impl Yardstick {
@@ -82,9 +81,9 @@ impl Yardstick {
     }
 
     /// The optimum under the goals of the last of `episodes` episodes.
-    pub fn last(&self, episodes: usize) -> Optimum {
+    pub fn last(&self, episodes: usize) -> Nearness {
         match (self.moved, self.moved_after(episodes)) {
-            (Some((_, optimum)), Some(_)) => optimum,
+            (Some((_, moved)), Some(_)) => moved,
             _ => self.first,
         }
     }
@@ -93,9 +92,9 @@ impl Yardstick {
     pub fn expected_return(&self, episodes: usize) -> f64 {
         let before = self.moved_after(episodes).unwrap_or(episodes);
         let since = episodes - before;
-        let first = before as f64 * self.first.expected_return;
+        let first = before as f64 * self.first.optimum.expected_return;
         match self.moved {
-            Some((_, moved)) if since > 0 => first + since as f64 * moved.expected_return,
+            Some((_, moved)) if since > 0 => first + since as f64 * moved.optimum.expected_return,
             _ => first,
         }
     }
@@ -109,13 +108,15 @@ impl Yardstick {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::env::Optimum;
     use std::path::Path;
 
-    fn optimum(steps: f64) -> Optimum {
-        Optimum {
+    fn optimum(steps: f64) -> Nearness {
+        let optimum = Optimum {
             expected_return: 1.0 - steps,
             expected_steps: steps,
-        }
+        };
+        Nearness::new(optimum, (-1.0, 0.0))
     }
 
     #[test]
@@ -151,8 +152,8 @@ mod tests {
             panic!("an open field is a map");
         };
         let yardstick = phases.yardstick();
-        assert_eq!(yardstick.last(5).expected_steps, 7.0);
-        assert_eq!(yardstick.last(6).expected_steps, 4.0);
+        assert_eq!(yardstick.last(5).optimum.expected_steps, 7.0);
+        assert_eq!(yardstick.last(6).optimum.expected_steps, 4.0);
         assert!(phases.take_moved(4).is_none());
         let world = phases.take_moved(5).expect("half of 9, rounded up");
         assert_eq!(world.optimum().expected_steps, 4.0);

@@ -9,7 +9,7 @@ use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord};
 use crate::env::{MdpState, Model};
 use crate::error::Error;
-use crate::report::{SeedResult, SeedTiming, final_mean_steps};
+use crate::report::{SeedResult, SeedTiming, final_mean_return, final_mean_steps};
 use crate::scenario::Scenario;
 use crate::telemetry::{self, EventLog};
 use std::path::Path;
@@ -21,7 +21,7 @@ use tracing::{info, info_span, trace_span};
 pub struct Watch<'a> {
     /// Keeps the event files.
     pub events: &'a EventLog,
-    /// Set from anywhere: the run ends after the episode under way.
+    /// Set from anywhere: the run ends, and the episode under way is given up.
     pub stop: &'a AtomicBool,
     /// Told of each episode as it ends.
     pub on_episode: &'a mut dyn FnMut(&EpisodeRecord),
@@ -134,7 +134,7 @@ where
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
         let _in_episode = span.enter();
-        let record = engine.run_episode(|refresh, pipeline| {
+        let record = engine.run_episode_unless(watch.stop, |refresh, pipeline| {
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
             tally.gcn_fits += usize::from(fit.is_some());
@@ -143,6 +143,7 @@ where
             }
         })?;
         written?;
+        let Some(record) = record else { break };
         tally.count(&record);
         ledger.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
         if ledger.is_due() {
@@ -161,7 +162,9 @@ pub(super) struct Tally {
     begun: Instant,
     yardstick: Yardstick,
     lengths: Vec<u32>,
-    returns: f64,
+    returns: Vec<f64>,
+    /// Σ of them.
+    total: f64,
     spectrum_refreshes: usize,
     gcn_fits: usize,
 }
@@ -174,7 +177,8 @@ impl Tally {
             begun: Instant::now(),
             yardstick,
             lengths: Vec::new(),
-            returns: 0.0,
+            returns: Vec::new(),
+            total: 0.0,
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
@@ -187,12 +191,13 @@ impl Tally {
     fn count(&mut self, record: &EpisodeRecord) {
         self.lengths
             .push(u32::try_from(record.length).unwrap_or(u32::MAX));
-        self.returns += record.plain_return;
+        self.returns.push(record.plain_return);
+        self.total += record.plain_return;
     }
 
     /// ρ(T) = Σ R* − Σ R_t (eq. 15).
     fn regret(&self) -> f64 {
-        self.yardstick.expected_return(self.lengths.len()) - self.returns
+        self.yardstick.expected_return(self.lengths.len()) - self.total
     }
 
     /// What it comes to so far.
@@ -203,14 +208,17 @@ impl Tally {
         let graph = engine.pipeline().transitions();
         let wall_seconds = self.begun.elapsed().as_secs_f64();
         let episodes = self.lengths.len();
+        let best = self.yardstick.last(episodes).optimum;
         let result = SeedResult {
             seed: self.seed,
             finished: self.is_complete(),
             episodes,
             steps: engine.steps(),
             regret: self.regret(),
-            optimal_steps: self.yardstick.last(episodes).expected_steps,
+            optimal_steps: best.expected_steps,
             final_mean_steps: final_mean_steps(self.yardstick.since_move(&self.lengths)),
+            optimal_return: Some(best.expected_return),
+            final_return: Some(final_mean_return(self.yardstick.since_move(&self.returns))),
             goals_moved_after: self.yardstick.moved_after(episodes),
             first_goal_step: engine.first_goal_step(),
             nodes: graph.num_states(),
@@ -221,7 +229,7 @@ impl Tally {
         let timing = SeedTiming {
             seed: self.seed,
             wall_seconds,
-            steps_per_second: result.steps as f64 / wall_seconds,
+            steps_per_second: result.steps as f64 / wall_seconds.max(1e-9),
         };
         (result, timing)
     }

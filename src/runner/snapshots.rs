@@ -167,7 +167,7 @@ fn sign(column: &[f64], before: Option<&Vec<f32>>) -> f64 {
 fn rounded(values: impl Iterator<Item = f64>) -> Vec<f32> {
     values
         .map(|value| {
-            let magnitude = value.abs().max(1e-9).log10().floor() as i32;
+            let magnitude = libm::log10(value.abs().max(1e-9)).floor() as i32;
             let unit = 10_f64.powi(magnitude - 3);
             ((value / unit).round() * unit) as f32
         })

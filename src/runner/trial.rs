@@ -6,6 +6,7 @@
 use super::build::{build_engine, move_goals};
 use super::error::RunnerError;
 use super::graph_files::write_graph_files;
+use super::nearness::Nearness;
 use super::phases::{Phases, Worlds, Yardstick};
 use super::records::write_labels;
 use super::snapshots::Snapshots;
@@ -14,14 +15,16 @@ use crate::engine::{Engine, RefreshRecord};
 use crate::env::Model;
 use crate::error::Error;
 use crate::graph::StateId;
-use crate::report::{Arrival, Course, TrialResult, TrialTiming, blocks, final_mean_steps};
+use crate::report::{
+    Arrival, Course, TrialResult, TrialTiming, blocks, final_mean_return, final_mean_steps,
+};
 use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Episodes whose mean length must be near the optimum.
+/// Episodes whose mean return must be near the optimum.
 const WINDOW: usize = 20;
 
 /// Blocks of a [`Course`], about.
@@ -86,18 +89,18 @@ where
     let mut snapshots = keep.map(|_| Snapshots::default());
     let mut timing = TrialTiming::default();
     for episode in 0..episodes {
-        if stop.load(Ordering::Relaxed) {
-            return Ok(None);
-        }
         if let Some(world) = worlds.take_moved(episode) {
             move_goals(scenario, &mut engine, world);
         }
-        let record = engine.run_episode(|refresh, pipeline| {
+        let record = engine.run_episode_unless(stop, |refresh, pipeline| {
             tally.count_refresh(refresh, &mut timing);
             if let Some(snapshots) = &mut snapshots {
                 snapshots.refreshed(refresh.step, pipeline);
             }
         })?;
+        let Some(record) = record else {
+            return Ok(None);
+        };
         tally.count_episode(record.length, record.plain_return, record.step);
     }
     timing.finish(begun.elapsed().as_secs_f64(), engine.steps());
@@ -110,13 +113,19 @@ where
         _ => Some(pipeline.spurious_maxima()?.len()),
     };
     let graph = pipeline.transitions();
+    let best = yardstick.last(episodes);
+    let final_steps = final_mean_steps(yardstick.since_move(&tally.lengths));
+    let final_return = final_mean_return(yardstick.since_move(&tally.returns));
     let result = TrialResult {
         seed,
         episodes,
         steps: engine.steps(),
         regret: tally.regret(),
-        optimal_steps: yardstick.last(episodes).expected_steps,
-        final_mean_steps: final_mean_steps(yardstick.since_move(&tally.lengths)),
+        optimal_steps: best.optimum.expected_steps,
+        final_mean_steps: final_steps,
+        optimal_return: best.optimum.expected_return,
+        final_return,
+        final_ratio: best.ratio(final_return, final_steps),
         goals_moved_after: yardstick.moved_after(episodes),
         first_goal_step: engine.first_goal_step(),
         within_1_5x: tally.within_1_5x.arrival,
@@ -155,8 +164,9 @@ fn write_sights<E: Model>(
 struct Tally {
     yardstick: Yardstick,
     lengths: Vec<u32>,
-    /// Σ of returns up to each episode.
     returns: Vec<f64>,
+    /// Σ of returns up to each episode.
+    totals: Vec<f64>,
     /// Episodes before the goals moved to where they are at the end of the run, and the steps they took.
     before_last_goals: usize,
     moved_at: u64,
@@ -169,15 +179,16 @@ struct Tally {
 impl Tally {
     /// Of a run of `episodes`.
     fn new(yardstick: Yardstick, episodes: usize) -> Self {
-        let steps = yardstick.last(episodes).expected_steps;
+        let best = yardstick.last(episodes);
         Self {
             yardstick,
             lengths: Vec::new(),
             returns: Vec::new(),
+            totals: Vec::new(),
             before_last_goals: yardstick.moved_after(episodes).unwrap_or(0),
             moved_at: 0,
-            within_1_5x: Approach::to(1.5 * steps),
-            within_1_1x: Approach::to(1.1 * steps),
+            within_1_5x: Approach::to(best, 1.5),
+            within_1_1x: Approach::to(best, 1.1),
             spectrum_refreshes: 0,
             gcn_fits: 0,
         }
@@ -194,19 +205,20 @@ impl Tally {
     /// An episode of this length has ended after `step` steps of the run.
     fn count_episode(&mut self, length: u64, plain_return: f64, step: u64) {
         self.lengths.push(u32::try_from(length).unwrap_or(u32::MAX));
-        self.returns.push(self.total() + plain_return);
+        self.returns.push(plain_return);
+        self.totals.push(self.total() + plain_return);
         self.look(step);
     }
 
     /// Whether the episodes under the goals that the run ends with have come near the optimum.
     fn look(&mut self, step: u64) {
-        if self.lengths.len() <= self.before_last_goals {
+        if self.returns.len() <= self.before_last_goals {
             self.moved_at = step;
             return;
         }
-        let lengths = &self.lengths[self.before_last_goals..];
-        self.within_1_5x.look(lengths, step - self.moved_at);
-        self.within_1_1x.look(lengths, step - self.moved_at);
+        let returns = &self.returns[self.before_last_goals..];
+        self.within_1_5x.look(returns, step - self.moved_at);
+        self.within_1_1x.look(returns, step - self.moved_at);
     }
 
     /// ρ(T) = Σ R* − Σ R_t (eq. 15).
@@ -215,7 +227,7 @@ impl Tally {
     }
 
     fn total(&self) -> f64 {
-        self.returns.last().copied().unwrap_or(0.0)
+        self.totals.last().copied().unwrap_or(0.0)
     }
 
     fn course(&self) -> Course {
@@ -226,35 +238,36 @@ impl Tally {
             let best = self.yardstick.expected_return(block.end);
             course.episodes.push(block.end);
             course.length.push(steps as f64 / block.len() as f64);
-            course.regret.push(best - self.returns[block.end - 1]);
+            course.regret.push(best - self.totals[block.end - 1]);
         }
         course
     }
 }
 
-/// Waits for the trailing mean of episode lengths to come down to a limit.
+/// Waits for the trailing mean of returns to come near the optimum.
 struct Approach {
-    limit: f64,
+    best: Nearness,
+    times: f64,
     arrival: Option<Arrival>,
 }
 
 impl Approach {
-    fn to(limit: f64) -> Self {
+    /// To within `times` times the optimum.
+    fn to(best: Nearness, times: f64) -> Self {
         Self {
-            limit,
+            best,
+            times,
             arrival: None,
         }
     }
 
-    fn look(&mut self, lengths: &[u32], step: u64) {
-        let Some(from) = lengths.len().checked_sub(WINDOW) else {
+    fn look(&mut self, returns: &[f64], step: u64) {
+        let Some(from) = returns.len().checked_sub(WINDOW) else {
             return;
         };
-        let sum: u64 = lengths[from..].iter().map(|&l| u64::from(l)).sum();
-        // A hair of slack: 1.1 × 8 is not 8.8 in binary.
-        if self.arrival.is_none() && sum as f64 <= self.limit * WINDOW as f64 * (1.0 + 1e-12) {
+        if self.arrival.is_none() && self.best.holds(&returns[from..], self.times) {
             self.arrival = Some(Arrival {
-                episodes: lengths.len() as u64,
+                episodes: returns.len() as u64,
                 steps: step,
             });
         }
@@ -264,22 +277,27 @@ impl Approach {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::env::Optimum;
     use std::path::Path;
 
     #[test]
     fn arrival_needs_a_full_window_at_the_limit() {
-        let mut approach = Approach::to(8.8);
-        let mut lengths = vec![8; 19];
-        approach.look(&lengths, 152);
+        let optimum = Optimum {
+            expected_return: -8.0,
+            expected_steps: 8.0,
+        };
+        let mut approach = Approach::to(Nearness::new(optimum, (-1.0, -1.0)), 1.1);
+        let mut returns = vec![-8.0; 19];
+        approach.look(&returns, 152);
         assert_eq!(approach.arrival, None);
-        lengths[0] = 8 + 17; // the sum of 20 is then 177, one too many
-        lengths.push(8);
-        approach.look(&lengths, 177);
+        returns[0] = -8.0 - 17.0; // the sum of 20 is then −177, one too many
+        returns.push(-8.0);
+        approach.look(&returns, 177);
         assert_eq!(approach.arrival, None);
-        lengths[0] -= 1;
-        approach.look(&lengths, 176);
-        lengths.push(1000);
-        approach.look(&lengths, 1176);
+        returns[0] += 1.0;
+        approach.look(&returns, 176);
+        returns.push(-1000.0);
+        approach.look(&returns, 1176);
         let arrival = approach.arrival.unwrap();
         assert_eq!((arrival.episodes, arrival.steps), (20, 176));
     }

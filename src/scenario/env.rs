@@ -79,7 +79,7 @@ impl EnvKind {
 pub struct GoalSpec {
     /// Where it is.
     pub at: Place,
-    /// What it pays on top of a step, if not what `reward` says.
+    /// What it pays on top of a step, if not what `reward` says; edge-list: if the file does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reward: Option<f64>,
 }
@@ -175,7 +175,7 @@ pub struct EnvParams {
     #[schemars(example = 250)]
     pub goals_move_after: Option<MoveAfter>,
     /// "step-cost": −1 a step (eq. 2 of the report); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
-    /// { step = NUMBER, goal = NUMBER }, the second one on top of the first.
+    /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,

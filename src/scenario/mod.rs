@@ -24,6 +24,7 @@ mod env;
 mod error;
 mod keys;
 mod layout;
+mod magnitude;
 mod place;
 mod shipped;
 mod template;

@@ -53,6 +53,8 @@ fn moment(step: u64) -> Moment {
             regret: 0.0,
             optimal_steps: 4.0,
             final_mean_steps: 4.0,
+            optimal_return: None,
+            final_return: None,
             goals_moved_after: None,
             first_goal_step: None,
             nodes: 1,

@@ -163,7 +163,7 @@ impl Chain {
             .fold((f64::INFINITY, 1.0), |best, way| {
                 if way.0 < best.0 { way } else { best }
             });
-        lowest - probability.ln()
+        lowest - libm::log(probability)
     }
 
     /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves

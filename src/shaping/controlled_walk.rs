@@ -87,11 +87,11 @@ impl<'c> ControlledWalk<'c> {
             let terms = columns.iter().zip(self.chain.probabilities_of(i));
             let mut total = 0.0;
             for (weight, (&j, probability)) in weights.iter_mut().zip(terms) {
-                *weight = probability * (lowest - v[j as usize]).exp();
+                *weight = probability * libm::exp(lowest - v[j as usize]);
                 total += *weight;
             }
             weights.iter_mut().for_each(|weight| *weight /= total);
-            softmin[i] = lowest - total.ln();
+            softmin[i] = lowest - libm::log(total);
             self.far_weight[i] = self.weights[self.chain.far_range(i)].iter().sum();
         }
     }

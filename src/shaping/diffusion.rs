@@ -211,8 +211,8 @@ impl<'c> Diffusion<'c> {
 /// How much v rises per hop on a half-line of constant cost: −ln x with x = e^{−q} (1 + x²) / 2, that is arcosh e^q.
 fn half_line_slope(q: f64) -> f64 {
     // acosh(e^q), from e^q − 1 so that small costs keep their digits.
-    let excess = q.exp_m1();
-    (excess + (excess * (excess + 2.0)).sqrt()).ln_1p()
+    let excess = libm::expm1(q);
+    libm::log1p(excess + (excess * (excess + 2.0)).sqrt())
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub struct HeatPotential {
 
 impl SiteModel for HeatPotential {
     fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
-        let per_step = -self.kept.ln();
+        let per_step = -libm::log(self.kept);
         let q: Vec<f64> = site.terrain.costs.iter().map(|c| c * per_step).collect();
         let mut diffusion = Diffusion::new(&site.terrain.chain);
         let solution = GroundedSolution::new(site.terrain, &mut diffusion, &q, None);

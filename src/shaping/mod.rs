@@ -69,6 +69,7 @@ pub use params::{PotentialKind, ScaleMode, ShapingParams};
 pub use potential::{PotentialTable, spurious_maxima};
 pub use shaper::RewardShaper;
 
+use crate::brief::brief;
 use crate::graph::{Csr, StateId, TransitionGraph};
 use faer::MatRef;
 
@@ -166,7 +167,7 @@ pub enum ShapingError {
         kind: PotentialKind,
     },
     /// A parameter outside its range.
-    #[error("shaping.{key} is {value}: it must be {rule}")]
+    #[error("shaping.{key} is {}: it must be {rule}", brief(*.value))]
     Parameter {
         /// Key inside `[shaping]`.
         key: &'static str,

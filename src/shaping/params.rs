@@ -5,6 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+/// φ of the costliest run there may be is then still an `f32`, as snapshots keep it.
+const MAX_SCALE_FACTOR: f64 = 1e6;
+
 /// Where φ comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -73,7 +76,7 @@ pub struct ShapingParams {
     pub potential: PotentialKind,
     /// Units of φ: `return` or `raw` (the bare class probability, only for `report`).
     pub scale: ScaleMode,
-    /// Range of φ ÷ cost of the longest known way to a goal.
+    /// Range of φ ÷ cost of the longest known way to a goal; at most 1e6.
     pub scale_factor: f64,
     /// Weight of the shaped TD error against the plain one, 0 to 1 (α of Klissarov & Precup 2020).
     pub mix: f64,
@@ -124,15 +127,14 @@ impl ShapingParams {
     /// # Errors
     /// [`ShapingError::Parameter`] with the key, its value and the rule it breaks.
     pub fn validate(&self) -> Result<(), ShapingError> {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
         // Below this a solve takes thousands of sweeps on a large map.
         let cost = |x: f64| (1e-3..=100.0).contains(&x);
         let rules = [
             (
                 "scale_factor",
                 self.scale_factor,
-                positive(self.scale_factor),
-                "a positive number",
+                self.scale_factor > 0.0 && self.scale_factor <= MAX_SCALE_FACTOR,
+                "a positive number of at most 1e6",
             ),
             (
                 "mix",
@@ -244,7 +246,7 @@ mod tests {
                 scale_factor: f64::NAN,
                 ..Default::default()
             },
-            "shaping.scale_factor is NaN: it must be a positive number",
+            "shaping.scale_factor is NaN: it must be a positive number of at most 1e6",
         );
         check(
             ShapingParams {

@@ -23,6 +23,12 @@ const SETTLED: f64 = 0.2;
 /// Accuracy that doubles allow, relative to ‖L‖.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// The residual that rounding allows relative to `unit`, where it is larger than `tol`; `norm` bounds ‖L‖.
+pub(super) fn tolerance_floor(tol: f64, unit: f64, norm: f64) -> Option<f64> {
+    let floor = ROUNDING * norm / unit;
+    (floor > tol).then_some(floor)
+}
+
 /// How far the wanted pairs are from what was asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Assessment {

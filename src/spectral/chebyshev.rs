@@ -38,8 +38,10 @@ impl ChebyshevFilter {
             half_width: 0.5 * (norm - cut),
             products: 1,
         };
-        let growth = |filter: &Self, lambda: f64| filter.argument(lambda).abs().max(1.0).acosh();
-        let degree = |gain: f64, lambda: f64| (gain.acosh() / growth(&filter, lambda)).max(1.0);
+        let growth =
+            |filter: &Self, lambda: f64| libm::acosh(filter.argument(lambda).abs().max(1.0));
+        let degree =
+            |gain: f64, lambda: f64| (libm::acosh(gain) / growth(&filter, lambda)).max(1.0);
         let most = degree(MOST_SPREAD, 0.0).min(MOST_PRODUCTS as f64);
         filter.products = degree(gain.max(1.0), wanted).ceil().min(most.floor()) as usize;
         filter
@@ -64,9 +66,9 @@ impl ChebyshevFilter {
         let t = self.argument(lambda).abs();
         let degree = self.products as f64;
         if t > 1.0 {
-            (degree * t.acosh()).cosh()
+            libm::cosh(degree * libm::acosh(t))
         } else {
-            (degree * t.acos()).cos().abs()
+            libm::cos(degree * libm::acos(t)).abs()
         }
     }
 

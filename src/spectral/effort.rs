@@ -52,8 +52,8 @@ impl Needs {
 
     /// Their geometric mean.
     pub(super) fn usual(&self) -> f64 {
-        let logarithms: f64 = self.known().iter().map(|gain| gain.ln()).sum();
-        (logarithms / self.known().len() as f64).exp()
+        let logarithms: f64 = self.known().iter().map(|&gain| libm::log(gain)).sum();
+        libm::exp(logarithms / self.known().len() as f64)
     }
 
     fn known(&self) -> &[f64] {

@@ -36,9 +36,14 @@ pub struct Convergence {
     /// λ_k and λ_{k+1} are closer than tol · λ_k: they belong to one cluster, cut by k, and the
     /// k-space is ill-posed at its edge.
     pub cluster_cut: bool,
-    /// Outcome of the inertia count: `Some(true)` proves that no pair is missing below λ_k,
-    /// `Some(false)` that some are, `None` that no proof was asked for or found possible.
+    /// Whether the pairs are proven to be the k lowest, none missed, each value within tol · λ_k of its
+    /// eigenvalue: `Some(true)` by an inertia count that agrees with the residuals of clusters of settled
+    /// pairs, or by a decomposition of the whole matrix; `Some(false)` if a count shows that some are
+    /// missing; `None` if no proof was tried or found possible.
     pub certified: Option<bool>,
+    /// The relative residual that rounding allows, where it is larger than the tolerance asked for:
+    /// pairs count as converged when they are that good.
+    pub tolerance_floor: Option<f64>,
     /// Pairs that the inertia count found missing and a further search then added.
     pub repaired: usize,
 }

@@ -10,6 +10,7 @@ use super::block::{LANES, RowBlock};
 use super::elimination::EliminationOrder;
 use super::front::{BadPivot, Definiteness, Pivots};
 use super::frontal::{Columns, Remainder, Task, eliminate};
+use super::inertia::Inertia;
 use super::levels::eliminate_by_levels;
 use super::permuted::PermutedLaplacian;
 use super::pieces::{Piece, Pieces};
@@ -103,9 +104,9 @@ impl CholeskyFactor {
         }
     }
 
-    /// Eigenvalues of L below `mu`; `None` if a pivot vanished or the entries of C grew so large that
-    /// rounding errors may reach `mu`, which another `mu` avoids. Leaves the factor as it is.
-    pub(super) fn count_below(&self, laplacian: &PermutedLaplacian, mu: f64) -> Option<usize> {
+    /// How many eigenvalues of L lie below `mu`; `None` if a pivot vanished, which another `mu` avoids.
+    /// Leaves the factor as it is.
+    pub(super) fn count_below(&self, laplacian: &PermutedLaplacian, mu: f64) -> Option<Inertia> {
         let task = Task {
             laplacian,
             shift: -mu,
@@ -114,7 +115,7 @@ impl CholeskyFactor {
         };
         let nothing = self.structure.all().map(|_| Columns::Forgotten).collect();
         let pivots = run(task, &self.structure, nothing).ok()?;
-        (f64::EPSILON * pivots.growth < mu.abs()).then_some(pivots.negative)
+        Some(Inertia::new(pivots, mu, laplacian, &self.structure))
     }
 
     /// x ← (L + σI)⁻¹ x.
@@ -389,7 +390,9 @@ mod tests {
             let (l, factor) = analyzed(&graph, 1);
             for mu in [-0.01, 1e-4, 0.03, 0.3, 0.7, 0.98, 1.3, 2.01] {
                 let expected = values.iter().filter(|&&v| v < mu).count();
-                assert_eq!(factor.count_below(&l, mu), Some(expected), "below {mu}");
+                let count = factor.count_below(&l, mu).unwrap();
+                assert_eq!(count.negative, expected, "below {mu}");
+                assert!(count.certain < mu, "{count:?}");
             }
         }
     }
@@ -399,12 +402,12 @@ mod tests {
         let n = 400;
         let (l, factor) = analyzed(&testing::path(n), 1);
         let value = |j: usize| 1.0 - (std::f64::consts::PI * j as f64 / (n - 1) as f64).cos();
+        let count = |mu| factor.count_below(&l, mu).unwrap().negative;
         for j in [0, 1, 17, 200] {
-            let mu = (value(j) + value(j + 1)) / 2.0;
-            assert_eq!(factor.count_below(&l, mu), Some(j + 1));
+            assert_eq!(count((value(j) + value(j + 1)) / 2.0), j + 1);
         }
-        assert_eq!(factor.count_below(&l, -0.1), Some(0));
-        assert_eq!(factor.count_below(&l, 2.1), Some(n));
+        assert_eq!(count(-0.1), 0);
+        assert_eq!(count(2.1), n);
     }
 
     #[test]

@@ -101,7 +101,7 @@ impl Filter {
         z.copy_from(x, op.threads());
         for i in 0..degree {
             let angle = (2 * i + 1) as f64 / (2 * degree) as f64;
-            let root = (1.0 + (std::f64::consts::PI * angle).cos()) / 2.0;
+            let root = (1.0 + libm::cos(std::f64::consts::PI * angle)) / 2.0;
             solve(op, x, projects);
             combine(x, self.edge, root, z, op.threads());
         }

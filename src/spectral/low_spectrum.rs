@@ -77,6 +77,8 @@ pub struct LowSpectrum {
     order: Option<EliminationOrder>,
     /// As [`MOST_FILL`]; tests set it lower.
     pub(super) most_fill: f64,
+    /// As [`PROOF_LIMIT`]; tests set it lower.
+    pub(super) most_rescued: usize,
     pub(super) workspace: Workspace,
 }
 
@@ -134,6 +136,7 @@ impl LowSpectrum {
             kept: None,
             order: None,
             most_fill: MOST_FILL,
+            most_rescued: PROOF_LIMIT,
             workspace: Workspace::default(),
         }
     }
@@ -237,11 +240,8 @@ impl LowSpectrum {
         }
         let mut solved = self.solve_sparse(problem, warm, rng)?;
         let proven = solved.convergence.certified == Some(true);
-        if n <= PROOF_LIMIT && !(proven && solved.convergence.converged == problem.k) {
+        if n <= self.most_rescued && !(proven && solved.convergence.converged == problem.k) {
             solved = self.rescued(problem, &solved.convergence)?;
-        }
-        if !self.params.certify {
-            solved.convergence.certified = None;
         }
         Ok((solved, !warm))
     }

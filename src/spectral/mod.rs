@@ -19,7 +19,7 @@
 //! | operators | [`SymmetricOperator`], [`Laplacian`], `shift_invert` |
 //! | sparse algebra | `elimination`, `frozen`, `minimum_degree`, `etree`, `permuted`, `factor`, `triangular`, `tiles`, `simd`, `block` |
 //! | recurrences | `lanczos`, `filter`, `chebyshev`, `rayleigh_ritz`, `orthonormal`, [`symmetric_eigen`] |
-//! | policy | `effort`, `assess`, `subspace`, `search`, `certify`, `products`, [`smallest_eigenpairs`] |
+//! | policy | `effort`, `assess`, `subspace`, `search`, `certify`, `inertia`, `products`, [`smallest_eigenpairs`] |
 //! | growing graphs | `extend`, `kept`, `start`, `routes`, [`LowSpectrum`], [`procrustes`](fn@procrustes), [`ProtoValueFunctions`], [`track`](fn@track) |
 
 mod assess;
@@ -38,6 +38,7 @@ mod filter;
 mod front;
 mod frontal;
 mod frozen;
+mod inertia;
 mod kept;
 mod lanczos;
 mod laplacian;

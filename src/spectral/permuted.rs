@@ -87,6 +87,12 @@ impl PermutedLaplacian {
         self.columns.len()
     }
 
+    /// Bound on the rounding error of an entry of L x, relative to ‖L‖ and a unit vector x.
+    pub(super) fn rounding(&self) -> f64 {
+        let longest = (0..self.dim()).map(|i| self.row(i).len()).max();
+        f64::EPSILON * (longest.unwrap_or(0) + 4) as f64
+    }
+
     fn row(&self, i: usize) -> Range<usize> {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }

@@ -1,5 +1,6 @@
 //! The routes of [`super::LowSpectrum`], one function each.
 
+use super::assess::tolerance_floor;
 use super::dense::laplacian_eigen;
 use super::eigenpairs::{Convergence, Eigenpairs, relative_unit};
 use super::factor::CholeskyFactor;
@@ -55,15 +56,20 @@ impl LowSpectrum {
         let residuals = residual_norms(laplacian, &vectors, &values[..k]);
         let unit = relative_unit(k.checked_sub(1).map_or(0.0, |last| values[last]));
         let next = values.get(k).filter(|_| k > 0);
+        let facts = Convergence::from_residuals(residuals, unit);
+        let tol = self.params.tol;
+        let floor = tolerance_floor(tol, unit, laplacian.norm_bound()).unwrap_or(tol);
+        let reached = floor.max(facts.max_relative_residual);
         let pairs = Eigenpairs {
             values: values[..k].to_vec(),
             vectors,
             convergence: Convergence {
                 converged: k,
                 applications: k,
-                cluster_cut: next.is_some_and(|v| v - values[k - 1] <= self.params.tol * unit),
-                certified: self.params.certify.then_some(true),
-                ..Convergence::from_residuals(residuals, unit)
+                cluster_cut: next.is_some_and(|v| v - values[k - 1] <= tol * unit),
+                certified: Some(true),
+                tolerance_floor: (reached > tol).then_some(reached),
+                ..facts
             },
         };
         Ok(Solved::given(route, pairs))
@@ -79,7 +85,7 @@ impl LowSpectrum {
             convergence: Convergence {
                 converged: k,
                 cluster_cut: problem.null_space.dim() > k,
-                certified: self.params.certify.then_some(true),
+                certified: Some(true),
                 ..Convergence::from_residuals(vec![0.0; k], relative_unit(0.0))
             },
         };
@@ -153,7 +159,7 @@ impl LowSpectrum {
             problem.order,
             needs.unwrap_or_default(),
         ));
-        Ok(solved(route, &found, problem))
+        Ok(solved(route, &found, problem, self.params.tol))
     }
 
     /// Keeps Ritz vectors that are in the user's numbering.
@@ -180,7 +186,7 @@ fn work(factor: &CholeskyFactor, width: usize) -> f64 {
 }
 
 /// Values and facts of a search, null vectors included.
-fn solved(route: Route, found: &Found, problem: Problem<'_>) -> Solved {
+fn solved(route: Route, found: &Found, problem: Problem<'_>, tol: f64) -> Solved {
     let (nulls, wanted) = (problem.null_space.dim(), problem.wanted());
     let outcome = &found.outcome;
     let mut values = vec![0.0; nulls];
@@ -198,6 +204,11 @@ fn solved(route: Route, found: &Found, problem: Problem<'_>) -> Solved {
             cluster_cut: outcome.assessment.cluster_cut,
             certified: found.certified,
             repaired: found.repaired,
+            tolerance_floor: tolerance_floor(
+                tol,
+                outcome.assessment.unit,
+                problem.laplacian.norm_bound(),
+            ),
             ..Convergence::from_residuals(residuals, outcome.assessment.unit)
         },
         pairs: OnceLock::new(),

@@ -1,17 +1,19 @@
 //! One search for the lowest pairs by shift-and-invert: start, iterate, certify.
 
+use super::assess::{Assessment, assess};
 use super::block::RowBlock;
-use super::certify::count_missing;
+use super::certify::{Evidence, ORTHOGONAL};
 use super::effort::{Needs, round_cost};
 use super::elimination::EliminationOrder;
 use super::factor::CholeskyFactor;
+use super::inertia::Inertia;
 use super::kept::Kept;
 use super::null_space::NullSpace;
 use super::permuted::PermutedLaplacian;
 use super::products::Products;
 use super::shift_invert::ShiftInvert;
 use super::start::{Grown, start_block};
-use super::subspace::{Goal, Outcome, Plan, inverse_power, iterate, randomize};
+use super::subspace::{Goal, Outcome, Plan, inverse_power, iterate, overlaps, randomize};
 use super::{Laplacian, SpectralError, SpectralParams, SymmetricOperator};
 use rand_chacha::ChaCha8Rng;
 
@@ -34,8 +36,11 @@ const COLD_STEPS: usize = 2;
 const COLD_GAIN: f64 = 100.0;
 const REPAIR_GAIN: f64 = 1e4;
 
-/// Searches after an inertia count that found pairs missing.
+/// Searches after an inertia count that found more eigenvalues than settled pairs.
 const MOST_REPAIRS: usize = 3;
+
+/// Columns beyond the pairs that a repair asks for.
+const LEAST_GUARDS: usize = 2;
 
 /// Columns, and numbers in all (0.8 GB), up to which a block is widened that has not come to the end of
 /// a cluster.
@@ -118,7 +123,7 @@ impl Search<'_> {
         let is_small = self.laplacian.dim() <= PROOF_LIMIT;
         let lost_random = found.outcome.values.iter().any(|v| v.is_infinite());
         if self.params.certify || self.null_space.dim() > 1 || is_small || lost_random {
-            self.certify(&mut found, factor, (x, &mut z), sigma, rng)?;
+            self.certify(&mut found, &op, (x, &mut z), rng)?;
         }
         Ok((found, z))
     }
@@ -160,11 +165,15 @@ impl Search<'_> {
     /// Whether more columns could help: the guards do not reach beyond the cluster of λ_k, and rounds
     /// were not what was lacking.
     fn may_widen(&self, outcome: &Outcome, width: usize) -> bool {
-        let n = self.laplacian.dim();
-        let fits = 2 * width <= MOST_COLUMNS && 8 * width <= n && 2 * width * n <= MOST_NUMBERS;
         let beyond = outcome.values[self.wanted - 1] * (1.0 + self.params.tol);
         let in_cluster = outcome.assessment.eta <= beyond;
-        fits && in_cluster && outcome.rounds <= self.params.max_restarts
+        self.can_widen(width) && in_cluster && outcome.rounds <= self.params.max_restarts
+    }
+
+    /// Whether a block of `width` columns may be doubled.
+    fn can_widen(&self, width: usize) -> bool {
+        let n = self.laplacian.dim();
+        2 * width <= MOST_COLUMNS && 8 * width <= n && 2 * width * n <= MOST_NUMBERS
     }
 
     fn plan_after(&self, outcome: &Outcome) -> Plan {
@@ -236,40 +245,77 @@ impl Search<'_> {
         Ok((plan, sigma, COLD_STEPS * self.width))
     }
 
-    /// Counts eigenvalues; where some are missing searches on from random guards and counts again.
+    /// Counts eigenvalues. Where more lie below μ than pairs have settled there, searches on until as many
+    /// have: from random guards, if some were missed.
     fn certify(
         &self,
         found: &mut Found,
-        factor: &mut CholeskyFactor,
+        op: &ShiftInvert<'_>,
         (x, z): (&mut RowBlock, &mut RowBlock),
-        sigma: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<(), SpectralError> {
         let nulls = self.null_space.dim();
-        let tol = self.params.tol;
+        let mut goal = self.goal();
         for repair in 0..=MOST_REPAIRS {
-            let missing = count_missing(
-                &found.outcome,
-                self.wanted,
-                nulls,
-                tol,
-                self.permuted,
-                factor,
-            );
-            found.certified = missing.map(|m| m == 0);
-            let Some(missing) = missing.filter(|&m| m > 0 && repair < MOST_REPAIRS) else {
+            let evidence = self.evidence(&found.outcome);
+            let place = evidence.place(self.wanted, &found.outcome.assessment);
+            let Some(mu) = place else { return Ok(()) };
+            let Some(count) = op.factor.count_below(self.permuted, mu) else {
                 return Ok(());
             };
+            if self.is_proof(found, &count, x) {
+                found.certified = Some(true);
+                return Ok(());
+            }
+            let below = count.negative.saturating_sub(nulls);
+            let missing = below.saturating_sub(evidence.known_below(mu));
+            found.certified = (missing > 0).then_some(false);
+            if below < self.wanted || repair == MOST_REPAIRS {
+                return Ok(());
+            }
+            while below + LEAST_GUARDS > x.width() {
+                if !self.can_widen(x.width()) {
+                    return Ok(());
+                }
+                widen(x, rng);
+            }
             found.repaired += missing;
-            let sigma = self.factorize(factor, sigma)?;
-            randomize(x, self.wanted, rng);
-            self.null_space.project_out(x, self.params.threads);
-            let op = self.operator(factor, sigma);
+            if missing > 0 {
+                randomize(x, self.wanted, rng);
+            }
+            op.project(x);
+            goal.wanted = goal.wanted.max(below);
             let before = &found.outcome;
-            let again = iterate(&op, x, z, &self.goal(), &self.plan_after(before), rng)?;
-            found.outcome = again.after(before);
+            let mut again = iterate(op, x, z, &goal, &self.plan_after(before), rng)?.after(before);
+            again.assessment = self.assessed(&again);
+            found.outcome = again;
+            // The count stands, whatever has been found since.
+            if self.is_proof(found, &count, x) {
+                found.certified = Some(true);
+                return Ok(());
+            }
         }
         Ok(())
+    }
+
+    fn evidence<'b>(&self, outcome: &'b Outcome) -> Evidence<'b> {
+        let rounding = self.permuted.rounding() * self.laplacian.norm_bound();
+        Evidence::new(outcome, self.params.tol, rounding)
+    }
+
+    /// Whether `count` proves the pairs in `x` complete.
+    fn is_proof(&self, found: &Found, count: &Inertia, x: &RowBlock) -> bool {
+        let nulls = self.null_space.dim();
+        self.evidence(&found.outcome)
+            .is_complete(self.wanted, nulls, count)
+            && overlaps(x, count.negative - nulls, self.params.threads).norm_l2() <= ORTHOGONAL
+    }
+
+    /// What the pairs of a search for more than were asked for amount to.
+    fn assessed(&self, outcome: &Outcome) -> Assessment {
+        let norm = self.laplacian.norm_bound();
+        let (values, residuals) = (&outcome.values, &outcome.residuals);
+        assess(values, residuals, self.wanted, self.params.tol, norm)
     }
 }
 

@@ -254,7 +254,7 @@ pub(super) fn refined(
 }
 
 /// XᵀX − I of the first `count` columns.
-fn overlaps(x: &RowBlock, count: usize, threads: usize) -> Mat<f64> {
+pub(super) fn overlaps(x: &RowBlock, count: usize, threads: usize) -> Mat<f64> {
     let gram = gram(x, threads);
     gram.submatrix(0, 0, count, count) - Mat::<f64>::identity(count, count)
 }

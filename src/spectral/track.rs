@@ -76,9 +76,11 @@ pub struct TrackUpdate {
     pub cluster_cut: bool,
     /// How the pairs were found.
     pub route: Route,
-    /// Outcome of the inertia count; absent unless asked for.
+    /// Whether the pairs are proven to be the lowest, none missed: see [`Convergence::certified`](super::Convergence::certified).
+    pub certified: bool,
+    /// As [`Convergence::tolerance_floor`](super::Convergence::tolerance_floor); absent where the tolerance asked for is within reach.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub certified: Option<bool>,
+    pub tolerance_floor: Option<f64>,
     /// Pairs that the inertia count found missing and a further search added.
     #[serde(skip_serializing_if = "is_zero")]
     pub repaired: usize,
@@ -101,8 +103,11 @@ pub struct TrackReport {
     pub updates: Vec<TrackUpdate>,
     /// Sum of the updates' wall times.
     pub total_seconds: f64,
-    /// Eigenvalues of the whole graph, ascending.
+    /// Eigenvalues of the whole graph, ascending; none if it was interrupted.
     pub eigenvalues: Vec<f64>,
+    /// Whether whoever listened to the updates ended it before the whole graph was there.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub interrupted: bool,
 }
 
 /// What [`track`] returns: the record, and the last pairs.
@@ -175,7 +180,8 @@ fn follow(
             eigenvalues: refresh.eigenvalues,
             cluster_cut: facts.cluster_cut,
             route: refresh.route,
-            certified: facts.certified.filter(|_| params.certify),
+            certified: facts.certified == Some(true),
+            tolerance_floor: facts.tolerance_floor,
             repaired: facts.repaired,
         };
         on_update(&update);
@@ -194,6 +200,7 @@ fn follow(
             total_seconds: updates.iter().map(|u| u.seconds).sum(),
             updates,
             eigenvalues: eigenpairs.values.clone(),
+            interrupted: false,
         },
         eigenpairs,
     })
@@ -277,6 +284,7 @@ mod tests {
             "cold_start",
             "eigenvalues",
             "route",
+            "certified",
         ] {
             assert!(update.get(field).is_some(), "{field}");
         }

@@ -28,10 +28,10 @@ const STRING: u64 = 7;
 const RGB: u64 = 3;
 
 impl Summary {
-    /// A number; TensorBoard keeps it as `f32`.
+    /// A number; TensorBoard keeps it as `f32`, so beyond the largest of these it is that one.
     pub fn scalar(&mut self, tag: &str, value: f64) {
         let mut entry = tagged(tag);
-        entry.float(2, value as f32);
+        entry.float(2, (value as f32).clamp(f32::MIN, f32::MAX));
         self.push(&entry);
     }
 

@@ -61,6 +61,14 @@ pub enum PipelineError {
         /// What came.
         reward: f64,
     },
+    /// What the learner thinks of states has grown beyond all numbers.
+    #[error(
+        "step {step}: the learner's values have diverged; lower agent.critic_learning_rate, or use agent.features = \"tabular\""
+    )]
+    Diverged {
+        /// Environment step.
+        step: u64,
+    },
 }
 
 /// What one step meant.

@@ -44,7 +44,7 @@ pub fn validate(layout: &Layout, params: &GridWorldParams) -> Result<(), EnvErro
     if layout.free_cells().next().is_none() {
         return Err(EnvError::NoFreeCell);
     }
-    validate_goals(layout)?;
+    validate_goals(layout, params.rewards)?;
     if params.random_start {
         return validate_random_starts(layout);
     }
@@ -55,7 +55,7 @@ fn is_free(layout: &Layout, cell: Cell) -> bool {
     cell.index() < layout.num_cells() && layout.tile(cell) != Tile::Wall
 }
 
-fn validate_goals(layout: &Layout) -> Result<(), EnvError> {
+fn validate_goals(layout: &Layout, rewards: RewardScheme) -> Result<(), EnvError> {
     if layout.goals.is_empty() {
         return Err(EnvError::NoGoal);
     }
@@ -65,7 +65,11 @@ fn validate_goals(layout: &Layout) -> Result<(), EnvError> {
         if !is_free(layout, goal.cell) {
             return Err(EnvError::GoalInWall { row, col });
         }
-        require_finite(&format!("the goal {place}"), goal.reward.unwrap_or(0.0))?;
+        let bonus = goal.reward.unwrap_or(rewards.goal());
+        require_finite(&format!("the goal {place}"), bonus)?;
+        // Two finite numbers may have a sum that is not.
+        let entering = format!("the step into the goal {place}");
+        require_finite(&entering, rewards.step() + bonus)?;
         if layout.goals[..i]
             .iter()
             .any(|earlier| earlier.cell == goal.cell)

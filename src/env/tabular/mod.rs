@@ -7,14 +7,19 @@
 //! | which actions are greedy | [`TabularMdp::greedy_actions`] |
 //! | how many transitions to the end, from everywhere | [`TabularMdp::distances_to_terminal`] |
 //! | the best episode under a step limit | [`TabularMdp::optimum`] |
+//! | does a loop pay for ever | [`TabularMdp::best_gain`] |
+//! | is the task one that should be solved by reaching a goal | [`TabularMdp::cautions`] |
 //!
 //! These are the yardsticks of experiments and the oracles of tests. A [`TabularEnvironment`] lets an agent act in one.
 
+mod cautions;
 mod environment;
+mod gain;
 mod optimum;
 mod reachability;
 mod value_iteration;
 
+pub use cautions::Caution;
 pub use environment::{MdpState, TabularEnvironment};
 pub use optimum::Optimum;
 pub use value_iteration::ValueFunction;
@@ -158,6 +163,16 @@ impl TabularMdp {
         );
         let pair = state * self.num_actions + action.index();
         &self.outcomes[self.offsets[pair]..self.offsets[pair + 1]]
+    }
+
+    /// The smallest and the largest reward of any outcome; both 0 if every state is terminal. O(outcomes).
+    pub fn reward_range(&self) -> (f64, f64) {
+        let rewards = self.outcomes.iter().map(|outcome| outcome.reward);
+        let widen = |(low, high): (f64, f64), reward: f64| (low.min(reward), high.max(reward));
+        let pairs = rewards.map(|reward| (reward, reward));
+        pairs
+            .reduce(|range, (reward, _)| widen(range, reward))
+            .unwrap_or((0.0, 0.0))
     }
 
     /// Every action number.

@@ -163,7 +163,7 @@ impl TabularMdp {
             Some(transitions) if gamma == 1.0 => dearest * f64::from(*transitions),
             None if gamma == 1.0 => 0.0,
             Some(transitions) => {
-                dearest * (1.0 - gamma.powf(f64::from(*transitions))) / (1.0 - gamma)
+                dearest * (1.0 - libm::pow(gamma, f64::from(*transitions))) / (1.0 - gamma)
             }
             None => dearest / (1.0 - gamma),
         };

@@ -42,7 +42,7 @@ impl Slips {
             row.iter_mut().for_each(|count| *count /= total);
         }
         let bounded = |p: f64| p.clamp(SMALLEST, 1.0 - SMALLEST);
-        let logs = |&p: &f64| (bounded(p).ln(), (1.0 - bounded(p)).ln());
+        let logs = |&p: &f64| (libm::log(bounded(p)), libm::log(1.0 - bounded(p)));
         Self {
             num_actions,
             logs: counts.iter().map(logs).collect(),

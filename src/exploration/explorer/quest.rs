@@ -100,7 +100,7 @@ impl QuestView<'_> {
             .filter(|&side| side != action)
             .map(|side| chance(self, side))
             .sum();
-        q.powf(f64::from(bumps)) <= DOUBT.powf(f64::from(self.tries_wanted))
+        libm::pow(q, f64::from(bumps)) <= libm::pow(DOUBT, f64::from(self.tries_wanted))
     }
 
     /// Whether `action` is known to lead from `state` to one that was not entered since the goal was lost.

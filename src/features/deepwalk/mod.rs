@@ -140,7 +140,7 @@ impl DeepWalk {
         let mut total = 0.0;
         let noise: Vec<f64> = (0..self.model.num_nodes())
             .map(|i| {
-                total += walker.degree(i).powf(NOISE_POWER);
+                total += libm::pow(walker.degree(i), NOISE_POWER);
                 total
             })
             .collect();

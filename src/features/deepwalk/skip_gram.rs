@@ -77,7 +77,7 @@ impl SkipGram {
             let y = &mut self.members[k as usize * d..][..d];
             let score: f64 = x.iter().zip(&*y).map(|(a, b)| a * b).sum();
             loss += softplus(if is_member { -score } else { score });
-            let error = 1.0 / (1.0 + (-score).exp()) - f64::from(u8::from(is_member));
+            let error = 1.0 / (1.0 + libm::exp(-score)) - f64::from(u8::from(is_member));
             for ((g, y), x) in self.gradient.iter_mut().zip(y).zip(&*x) {
                 *g += error * *y;
                 *y -= rate * error * x;
@@ -92,7 +92,7 @@ impl SkipGram {
 
 /// ln(1 + e^s) = −ln σ(−s), without overflow.
 fn softplus(s: f64) -> f64 {
-    s.max(0.0) + (-s.abs()).exp().ln_1p()
+    s.max(0.0) + libm::log1p(libm::exp(-s.abs()))
 }
 
 #[cfg(test)]

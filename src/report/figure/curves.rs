@@ -19,7 +19,7 @@ impl LogChart {
     pub(super) fn place(&self, x: f64, y: f64) -> (f64, f64) {
         let [left, top, right, bottom] = self.edges;
         let share = |v: f64, (low, high): (f64, f64)| {
-            ((v.max(f64::MIN_POSITIVE).log10() - low) / (high - low)).clamp(0.0, 1.0)
+            ((libm::log10(v.max(f64::MIN_POSITIVE)) - low) / (high - low)).clamp(0.0, 1.0)
         };
         (
             left + share(x, self.x) * (right - left),
@@ -87,10 +87,31 @@ fn decades((low, high): (f64, f64)) -> std::ops::RangeInclusive<i32> {
     low.ceil() as i32..=high.floor() as i32
 }
 
-/// 1, 10, 100, 1 000 …
+/// 1, 10, 100, 1 000 …; 1e12 where there would be too many zeros.
 fn ten_to(power: i32) -> String {
-    match u32::try_from(power) {
-        Ok(power) => crate::report::grouped(10_u64.pow(power)),
-        Err(_) => format!("{}", 10_f64.powi(power)),
+    match power {
+        0..=9 => crate::report::grouped(10_u64.pow(power.unsigned_abs())),
+        -6..=-1 => format!("{}", 10_f64.powi(power)),
+        _ => format!("1e{power}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ten_to;
+
+    #[test]
+    fn powers_of_ten_have_few_zeros() {
+        let powers = [0, 3, 9, 10, 27, -2, -30].map(ten_to);
+        let texts = [
+            "1",
+            "1 000",
+            "1 000 000 000",
+            "1e10",
+            "1e27",
+            "0.01",
+            "1e-30",
+        ];
+        assert_eq!(powers, texts);
     }
 }

@@ -7,6 +7,7 @@ use crate::env::layouts::{Cell, Layout};
 use crate::report::band::Band;
 use crate::report::grouped;
 use crate::report::recorded::{RecordedRun, RecordedSeed};
+use crate::report::terminal::whole;
 use crate::runner::Snapshot;
 use std::collections::HashMap;
 
@@ -133,10 +134,10 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
     let lowest = lowest.fold(f64::INFINITY, f64::min);
     let chart = LogChart {
         edges: [76.0, 330.0, 800.0, 540.0],
-        x: (0.0, (episodes as f64).log10()),
+        x: (0.0, libm::log10(episodes as f64)),
         y: (
-            lowest.min(highest / 10.0).log10().floor(),
-            highest.log10().ceil(),
+            libm::log10(lowest.min(highest / 10.0)).floor(),
+            libm::log10(highest).ceil(),
         ),
     };
     let seeds = shaped.seeds.len();
@@ -164,5 +165,5 @@ fn regret(run: &RecordedRun) -> Band {
 
 fn regret_at_end(run: &RecordedRun) -> String {
     let last = regret(run).middle.last().copied().unwrap_or(0.0);
-    grouped(last.max(0.0).round() as u64)
+    whole(last.max(0.0))
 }

@@ -117,11 +117,11 @@ impl Drawing {
             edges,
             x: (
                 0.0,
-                (a.middle.len().max(b.middle.len()).max(2) as f64).log10(),
+                libm::log10(a.middle.len().max(b.middle.len()).max(2) as f64),
             ),
             y: (
-                lowest.min(highest / 10.0).log10().floor(),
-                highest.log10().ceil(),
+                libm::log10(lowest.min(highest / 10.0)).floor(),
+                libm::log10(highest).ceil(),
             ),
         };
         self.log_axes(&chart, "episode", title);

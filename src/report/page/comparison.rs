@@ -5,7 +5,7 @@ use super::data::{Arm, PageData, Phases, Versus, command, short_band};
 use super::sights::Sights;
 use crate::report::band::Band;
 use crate::report::comparison::{ArmSummary, ArmTiming, Course};
-use crate::report::comparison_table::{dash, iqm, moments, ratio};
+use crate::report::comparison_table::{dash, final_cell, iqm, moments, ratio};
 use crate::report::recorded_comparison::{RecordedArm, RecordedComparison};
 use crate::report::terminal::grouped;
 use crate::report::validity::validity;
@@ -121,6 +121,11 @@ fn facts(
     timing: &ArmTiming,
 ) -> Vec<(&'static str, String)> {
     let chance = &arm.probability_of_improvement;
+    let best = recorded.numbers.optimal_return;
+    let final_name = match best < 0.0 {
+        true => "return of the last episodes ÷ best",
+        false => "return of the last episodes",
+    };
     let mut facts = vec![
         ("regret (reward)", iqm(&arm.regret)),
         ("regret ÷ sparse, median", ratio(&arm.ratio_to_sparse)),
@@ -138,9 +143,9 @@ fn facts(
             ),
         ),
         ("first goal (step)", moments(&arm.first_goal_step)),
-        ("steps to 1.5 × optimum", moments(&arm.steps_to_1_5x)),
-        ("steps to 1.1 × optimum", moments(&arm.steps_to_1_1x)),
-        ("last episodes ÷ optimum", format!("{:.2}", arm.final_ratio)),
+        ("steps to 1.5 × best return", moments(&arm.steps_to_1_5x)),
+        ("steps to 1.1 × best return", moments(&arm.steps_to_1_1x)),
+        (final_name, final_cell(arm, best)),
         (
             "false maxima of φ",
             arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),

@@ -3,7 +3,7 @@
 use super::sights::{Sights, short};
 use crate::report::band::Band;
 use crate::report::comparison::{MedianInterval, ProbabilityInterval};
-use crate::report::terminal::grouped;
+use crate::report::terminal::whole;
 use crate::report::validity::Check;
 use serde::Serialize;
 
@@ -128,8 +128,8 @@ pub(super) fn with_interval((middle, low, high): (f64, f64, f64)) -> String {
 
 /// To a tenth, without a needless one; from a thousand on to a whole number.
 pub(super) fn tenths(number: f64) -> String {
-    if number >= 1000.0 {
-        return grouped(number.round() as u64);
+    if number.abs() >= 1000.0 {
+        return whole(number);
     }
     let text = format!("{number:.1}");
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)

@@ -6,7 +6,7 @@ use super::{MAX_POINTS, PROGRAM};
 use crate::report::band::{Band, interval};
 use crate::report::blocks::blocks;
 use crate::report::recorded::{EpisodeRow, RecordedRun, RecordedSeed};
-use crate::report::terminal::grouped;
+use crate::report::terminal::{amount, counts_steps, grouped};
 use crate::report::validity::validity;
 use crate::scenario::World;
 use std::ops::Range;
@@ -103,12 +103,31 @@ fn headline(run: &RecordedRun) -> String {
         Some(step) => format!("first at the goal after {} steps", grouped(step)),
         None => "never at the goal".to_owned(),
     };
+    let (steps, fewest) = (last(|s| s.final_mean_steps), last(|s| s.optimal_steps));
+    let returns = over_known(run, |s| s.final_return).zip(over_known(run, |s| s.optimal_return));
+    let earned = match returns {
+        Some(((earned, ..), (most, ..)))
+            if !(counts_steps(earned, steps) && counts_steps(most, fewest)) =>
+        {
+            format!("return {} of {} and ", amount(earned), amount(most))
+        }
+        _ => String::new(),
+    };
     format!(
-        "{}: {goal}; at the end {} steps an episode, {} are optimal.",
+        "{}: {goal}; at the end {earned}{} steps an episode, {} are optimal.",
         run.name,
-        tenths(last(|s| s.final_mean_steps)),
-        tenths(last(|s| s.optimal_steps)),
+        tenths(steps),
+        tenths(fewest),
     )
+}
+
+/// Mean and interval over seeds; none if an earlier version, which did not note it, ran one of them.
+fn over_known(
+    run: &RecordedRun,
+    value: fn(&crate::report::SeedResult) -> Option<f64>,
+) -> Option<(f64, f64, f64)> {
+    let values: Option<Vec<f64>> = run.summary.seeds.iter().map(value).collect();
+    Some(interval(&values?))
 }
 
 fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
@@ -136,6 +155,22 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
         ("fits", over(|s| s.gcn_fits as f64)),
     ];
+    let returns = [
+        ("optimal return", over_known(run, |s| s.optimal_return)),
+        (
+            "return of the last episodes",
+            over_known(run, |s| s.final_return),
+        ),
+    ];
+    for (name, value) in returns {
+        if let Some((mean, low, high)) = value {
+            let text = match high > low {
+                true => format!("{} [{}, {}]", amount(mean), amount(low), amount(high)),
+                false => amount(mean),
+            };
+            facts.insert(4, (name, text));
+        }
+    }
     if let Some(after) = run.summary.seeds.iter().find_map(|s| s.goals_moved_after) {
         let note = format!("after {after} episodes; map, optimal and last episodes: since then");
         facts.insert(2, ("goals moved", note));

@@ -194,7 +194,7 @@ impl Places {
                 sums[place] += row.visits;
             }
         }
-        let logs = sums.iter().map(|&n| (1.0 + n as f64).log10());
+        let logs = sums.iter().map(|&n| libm::log10(1.0 + n as f64));
         Packed::new(&logs.collect::<Vec<f64>>())
     }
 
@@ -272,7 +272,7 @@ pub(super) fn short(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return value;
     }
-    let decimals = 4 - value.abs().log10().floor() as i32;
+    let decimals = 4 - libm::log10(value.abs()).floor() as i32;
     if decimals >= 0 {
         let scale = 10_f64.powi(decimals);
         // Tiny values have no such scale.

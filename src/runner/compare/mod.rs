@@ -59,7 +59,7 @@ pub struct CompareRequest {
 /// Who watches a comparison, and may stop it.
 #[derive(Clone, Copy)]
 pub struct CompareWatch<'a> {
-    /// Set from anywhere: trials under way are given up after their episode, no new ones begin.
+    /// Set from anywhere: trials under way are given up, no new ones begin.
     pub stop: &'a AtomicBool,
     /// Told of each trial as it ends: the arm's name and what came of it.
     pub on_trial: &'a (dyn Fn(&str, &Trial) + Sync),
@@ -70,8 +70,8 @@ pub struct CompareWatch<'a> {
 pub struct CompareReport {
     /// Its numbers; none if it was stopped before every trial had ended.
     pub comparison: Option<Comparison>,
-    /// Its folder.
-    pub folder: PathBuf,
+    /// Its folder; nobody else writes there while this is kept.
+    pub folder: RunFolder,
 }
 
 impl CompareRequest {
@@ -108,9 +108,8 @@ pub fn compare(
             require_memory(&arm.scenario, &world, at_once)?;
         }
     }
-    let name = &loaded.scenario.name;
     let kind = FolderKind::Comparison;
-    let folder = RunFolder::open_kind(kind, request.out.as_deref(), name, request.existing)?;
+    let folder = RunFolder::open_kind(kind, request.out.as_deref(), loaded, request.existing)?;
     let field = Field {
         loaded,
         request,
@@ -124,7 +123,7 @@ pub fn compare(
     }
     Ok(CompareReport {
         comparison: comparison.map(|(comparison, _)| comparison),
-        folder: folder.path().to_owned(),
+        folder,
     })
 }
 
@@ -184,6 +183,7 @@ impl Field<'_> {
             arms: arms.iter().map(summary).collect(),
             episodes: self.loaded.scenario.run.episodes,
             optimal_steps: sparse_trials[0].result.optimal_steps,
+            optimal_return: sparse_trials[0].result.optimal_return,
             goals_moved_after: sparse_trials[0].result.goals_moved_after,
             sparse_regret: regret_interval(sparse_trials),
             tuning: tuned.zip(tuned_trials).map(|(tuned, trials)| Tuning {

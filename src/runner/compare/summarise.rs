@@ -2,7 +2,8 @@
 
 use super::Trial;
 use crate::report::{
-    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialTiming,
+    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialResult,
+    TrialTiming,
 };
 use crate::runner::statistics::{
     Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
@@ -20,10 +21,9 @@ pub fn summarise(
         let reached: Vec<Option<u64>> = trials.iter().map(part).collect();
         median_moment(&reached)
     };
-    let ratios: Vec<f64> = trials
-        .iter()
-        .map(|t| t.result.final_mean_steps / t.result.optimal_steps)
-        .collect();
+    let of_all = |part: fn(&TrialResult) -> f64| -> Vec<f64> {
+        trials.iter().map(|t| part(&t.result)).collect()
+    };
     ArmSummary {
         name: name.to_owned(),
         regret: regret_interval(trials),
@@ -35,7 +35,8 @@ pub fn summarise(
         steps_to_1_5x: moments(&|t| t.result.within_1_5x.map(|a| a.steps)),
         episodes_to_1_1x: moments(&|t| t.result.within_1_1x.map(|a| a.episodes)),
         steps_to_1_1x: moments(&|t| t.result.within_1_1x.map(|a| a.steps)),
-        final_ratio: median(&ratios),
+        final_return: median_interval(&of_all(|result| result.final_return)),
+        final_ratio: median(&of_all(|result| result.final_ratio)),
         spurious_maxima: trials.iter().filter_map(|t| t.result.spurious_maxima).max(),
     }
 }
@@ -53,20 +54,27 @@ pub fn regret_interval(trials: &[Trial]) -> IqmInterval {
 
 /// Median of regret ÷ regret of `base` with the same seed; seeds where `base` has no regret do not count.
 pub fn ratio_interval(trials: &[Trial], base: &[Trial]) -> MedianInterval {
-    let ratios: Vec<f64> = trials
-        .iter()
-        .zip(base)
-        .filter(|(_, base)| base.result.regret > 0.0)
-        .map(|(trial, base)| trial.result.regret / base.result.regret)
-        .collect();
-    if ratios.is_empty() {
+    let pairs = trials.iter().zip(base);
+    let ratios = pairs.filter_map(|(trial, base)| regret_ratio(&trial.result, &base.result));
+    median_interval(&ratios.collect::<Vec<_>>())
+}
+
+/// Regret ÷ regret of `base`; none where `base` has none, or so little that the ratio is no number.
+pub fn regret_ratio(result: &TrialResult, base: &TrialResult) -> Option<f64> {
+    let ratio = result.regret / base.regret;
+    (base.regret > 0.0 && ratio.is_finite()).then_some(ratio)
+}
+
+/// The median of what may be nothing.
+fn median_interval(sample: &[f64]) -> MedianInterval {
+    if sample.is_empty() {
         return MedianInterval {
             median: None,
             low: None,
             high: None,
         };
     }
-    let Interval { value, low, high } = Bootstrap::default().interval(&ratios, median);
+    let Interval { value, low, high } = Bootstrap::default().interval(sample, median);
     MedianInterval {
         median: Some(value),
         low: Some(low),

@@ -1,6 +1,7 @@
 //! What a comparison leaves on disk: what was compared, the numbers, and a row for each trial.
 
 use super::Field;
+use super::summarise::regret_ratio;
 use super::trials::ByArm;
 use crate::report::{Comparison, TrialResult, TrialTiming};
 use crate::runner::error::RunnerError;
@@ -83,6 +84,9 @@ struct Row<'a> {
     ratio_to_sparse: Option<f64>,
     optimal_steps: f64,
     final_mean_steps: f64,
+    optimal_return: f64,
+    final_return: f64,
+    final_ratio: f64,
     first_goal_step: Option<u64>,
     episodes_to_1_5x: Option<u64>,
     steps_to_1_5x: Option<u64>,
@@ -103,9 +107,12 @@ impl<'a> Row<'a> {
             episodes: result.episodes,
             steps: result.steps,
             regret: result.regret,
-            ratio_to_sparse: (sparse.regret > 0.0).then(|| result.regret / sparse.regret),
+            ratio_to_sparse: regret_ratio(result, sparse),
             optimal_steps: result.optimal_steps,
             final_mean_steps: result.final_mean_steps,
+            optimal_return: result.optimal_return,
+            final_return: result.final_return,
+            final_ratio: result.final_ratio,
             first_goal_step: result.first_goal_step,
             episodes_to_1_5x: result.within_1_5x.map(|a| a.episodes),
             steps_to_1_5x: result.within_1_5x.map(|a| a.steps),

@@ -11,6 +11,7 @@ use crate::runner::trial::{TrialOutcome, run_trial};
 use crate::scenario::Arm;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 /// One seed of one arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,6 +94,9 @@ impl Field<'_> {
         if let Some(trial) = finished(&path, hash) {
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
+        }
+        if self.watch.stop.load(Ordering::Relaxed) {
+            return Ok(None); // before the world is made, which may take its time
         }
         let first = seed == self.request.seeds[0];
         let keep = first.then(|| folder.join(seed_folder_name(seed)));

@@ -147,7 +147,7 @@ impl<'a> Objective<'a> {
         let (tau, clip) = (self.shaping.temperature, self.shaping.log_cost_clip);
         let places = self.terrain.chain.order().iter().zip(&self.terrain.costs);
         for (q, (&state, cost)) in self.q.iter_mut().zip(places) {
-            *q = tau * cost * self.z[state as usize].clamp(-clip, clip).exp();
+            *q = tau * cost * libm::exp(self.z[state as usize].clamp(-clip, clip));
         }
     }
 
