@@ -163,14 +163,20 @@ fn require_writable(path: Option<&Path>) -> Result<()> {
     }
 }
 
-/// The same for a folder, which is made if it is not there.
+/// The same for a folder, which need not be there yet.
 fn require_writable_folder(path: &Path) -> Result<()> {
-    let made = std::fs::create_dir_all(path).and_then(|()| tempfile::tempfile_in(path));
-    match made {
+    let mut above = path.ancestors().map(|folder| match folder {
+        here if here.as_os_str().is_empty() => Path::new("."),
+        folder => folder,
+    });
+    let there = above.find(|folder| folder.symlink_metadata().is_ok());
+    let there = there.unwrap_or(path);
+    if there.metadata().is_ok_and(|there| !there.is_dir()) {
+        let message = format!("{}: is a file; name a folder", there.display());
+        return Err(BadInput(message).into());
+    }
+    match tempfile::tempfile_in(there) {
         Ok(_) => Ok(()),
-        Err(_) if path.is_file() => {
-            Err(BadInput(format!("{}: is a file; name a folder", path.display())).into())
-        }
         Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
     }
 }

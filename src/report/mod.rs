@@ -30,9 +30,7 @@ pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
 pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
 pub use map_png::png_of_values;
 pub use page::{html_comparison, html_report, live_page, report_data};
-pub use recorded::{
-    EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, SINGLE_ROWS, read_runs,
-};
+pub use recorded::{EpisodeRow, PhaseSeconds, RecordedRun, RecordedSeed, RefreshRow, read_runs};
 pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use sparkline::sparkline;
 pub use summary::{

@@ -28,14 +28,14 @@ pub struct RecordedRun {
 }
 
 /// With fewer episodes than this a recorded seed has a row for each.
-pub const SINGLE_ROWS: usize = 200_000;
+const SINGLE_ROWS: usize = 200_000;
 
 /// One seed of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RecordedSeed {
     /// Master seed.
     pub seed: u64,
-    /// Rows of `episodes.csv`; from [`SINGLE_ROWS`] on later ones are merged, so that they fit into memory.
+    /// Rows of `episodes.csv`; of 200 000 and more the later ones are merged, so that they fit into memory.
     pub episodes: Vec<EpisodeRow>,
     /// Rows of `refreshes.csv`.
     pub refreshes: Vec<RefreshRow>,
@@ -178,6 +178,15 @@ impl RecordedRun {
 }
 
 impl RecordedSeed {
+    /// The number of the last episode that each row stands for, from 1.
+    pub fn ends(&self) -> Vec<usize> {
+        let add = |sum: &mut usize, row: &EpisodeRow| {
+            *sum += row.episodes;
+            Some(*sum)
+        };
+        self.episodes.iter().scan(0, add).collect()
+    }
+
     /// How many episodes its rows stand for.
     pub fn num_episodes(&self) -> usize {
         self.episodes.iter().map(|row| row.episodes).sum()

@@ -1,11 +1,11 @@
 //! Counterparts of figures 4 to 9 of the source report, each from runs of our own.
 
 use super::Drawing;
+use super::curves::Curve;
 use super::heat_map::Frame;
 use super::panel::places;
 use crate::env::layouts::{Cell, Layout};
-use crate::report::band::Band;
-use crate::report::recorded::{EpisodeRow, RecordedRun, RecordedSeed};
+use crate::report::recorded::{RecordedRun, RecordedSeed};
 use crate::scenario::World;
 use std::collections::HashMap;
 
@@ -152,8 +152,9 @@ fn fig7(two: &RecordedRun, centre: &RecordedRun) -> Figure {
 
 fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
     let mut drawing = Drawing::default();
-    let regret = [shaped, sparse].map(|run| band(run, |row| row.regret));
-    let steps = [shaped, sparse].map(|run| band(run, |row| row.length as f64));
+    let regret = [shaped, sparse].map(|run| Curve::over(run, |row| row.regret));
+    let steps =
+        [shaped, sparse].map(|run| Curve::over(run, |row| row.length as f64 / row.episodes as f64));
     let (right, bottom) = (960.0, 360.0);
     drawing.versus_panel(
         [76.0, 44.0, 460.0, bottom],
@@ -170,10 +171,10 @@ fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         format!(
             "Regret and steps over {} episodes: means of {} seeds with 95 % intervals. At the end the regret is {:.0}, \
              without shaping {:.0}.",
-            regret[0].middle.len(),
+            regret[0].num_episodes(),
             shaped.seeds.len(),
-            at_end(&regret[0]),
-            at_end(&regret[1])
+            regret[0].at_end(),
+            regret[1].at_end()
         ),
         &["fig8_learning"],
         drawing,
@@ -194,7 +195,7 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         "(b) Potential φ, where discovered",
         &potential(&layout, seed),
     );
-    let regret = [shaped, sparse].map(|run| band(run, |row| row.regret));
+    let regret = [shaped, sparse].map(|run| Curve::over(run, |row| row.regret));
     let left = 2.0 * (MAP + GAP) + 76.0;
     let (right, bottom) = (left + 400.0, TOP + MAP);
     drawing.versus_panel(
@@ -207,8 +208,8 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         format!(
             "Grids joined by corridors, which the report leaves open: the potential leads through them. Regret at the \
              end {:.0}, without shaping {:.0} (means of {} seeds, 95 % intervals).",
-            at_end(&regret[0]),
-            at_end(&regret[1]),
+            regret[0].at_end(),
+            regret[1].at_end(),
             shaped.seeds.len()
         ),
         &["fig9_linked_grids"],
@@ -283,15 +284,4 @@ fn rewards(layout: &Layout, seed: &RecordedSeed) -> HashMap<Cell, f64> {
     }
     let mean = |(cell, (sum, count)): (Cell, (f64, f64))| (cell, sum / count);
     sums.into_iter().map(mean).collect()
-}
-
-fn band(run: &RecordedRun, value: fn(&EpisodeRow) -> f64) -> Band {
-    let episodes = run.seeds.iter().map(|seed| seed.episodes.len()).min();
-    Band::over(run.seeds.len(), episodes.unwrap_or(0), |seed, episode| {
-        value(&run.seeds[seed].episodes[episode])
-    })
-}
-
-fn at_end(band: &Band) -> f64 {
-    band.middle.last().copied().unwrap_or(0.0)
 }

@@ -2,6 +2,39 @@
 
 use super::{Anchor, Drawing};
 use crate::report::band::Band;
+use crate::report::recorded::{EpisodeRow, RecordedRun};
+
+/// A mean over seeds, with its band, by episode.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// Number of the episode at each point, from 1.
+    episodes: Vec<usize>,
+    pub band: Band,
+}
+
+impl Curve {
+    /// `value` over the episodes that every seed of `run` has had.
+    pub(super) fn over(run: &RecordedRun, value: fn(&EpisodeRow) -> f64) -> Self {
+        let rows = run.seeds.iter().map(|seed| seed.episodes.len()).min();
+        let rows = rows.unwrap_or(0);
+        let mut episodes = run.seeds.first().map_or(Vec::new(), |seed| seed.ends());
+        episodes.truncate(rows);
+        let band = Band::over(run.seeds.len(), rows, |seed, row| {
+            value(&run.seeds[seed].episodes[row])
+        });
+        Self { episodes, band }
+    }
+
+    /// The number of the last episode.
+    pub(super) fn num_episodes(&self) -> usize {
+        self.episodes.last().copied().unwrap_or(0)
+    }
+
+    /// The mean there.
+    pub(super) fn at_end(&self) -> f64 {
+        self.band.middle.last().copied().unwrap_or(0.0)
+    }
+}
 
 /// Where a chart stands, and the powers of ten at the ends of its axes.
 #[derive(Clone, Copy, Debug)]
@@ -53,12 +86,13 @@ impl Drawing {
         self.text(left - 70.0, top - 14.0, Anchor::Start, "h", y_title);
     }
 
-    /// A curve over x = 1, 2, 3 …, thinned to a point for each pixel or so, with its band. Returns where it ends.
-    pub(super) fn band(&mut self, chart: &LogChart, band: &Band, class: &str) -> (f64, f64) {
+    /// A curve over its episodes, thinned to a point for each pixel or so, with its band. Returns where it ends.
+    pub(super) fn band(&mut self, chart: &LogChart, curve: &Curve, class: &str) -> (f64, f64) {
+        let (episodes, band) = (&curve.episodes, &curve.band);
         let mut last = f64::NEG_INFINITY;
         let shown: Vec<usize> = (0..band.middle.len())
             .filter(|&i| {
-                let (x, _) = chart.place((i + 1) as f64, 1.0);
+                let (x, _) = chart.place(episodes[i] as f64, 1.0);
                 let apart = x - last >= 1.5;
                 if apart {
                     last = x;
@@ -67,7 +101,7 @@ impl Drawing {
             })
             .collect();
         let points = |values: &[f64]| -> Vec<(f64, f64)> {
-            let point = |&i: &usize| chart.place((i + 1) as f64, values[i]);
+            let point = |&i: &usize| chart.place(episodes[i] as f64, values[i]);
             shown.iter().map(point).collect()
         };
         let upper = points(&band.high);

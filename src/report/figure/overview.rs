@@ -1,10 +1,9 @@
 //! One scenario at a glance: φ at four moments while the graph grows, and the regret against learning without it.
 
-use super::curves::LogChart;
+use super::curves::{Curve, LogChart};
 use super::heat_map::Frame;
 use super::{Anchor, Drawing};
 use crate::env::layouts::{Cell, Layout};
-use crate::report::band::Band;
 use crate::report::grouped;
 use crate::report::recorded::{RecordedRun, RecordedSeed};
 use crate::report::terminal::whole;
@@ -121,15 +120,11 @@ fn range(values: &[f32]) -> (f64, f64) {
 }
 
 fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun) {
-    let bands = [shaped, sparse].map(regret);
-    let episodes = bands
-        .iter()
-        .map(|band| band.middle.len())
-        .max()
-        .unwrap_or(1);
-    let highest = bands.iter().flat_map(|band| &band.high);
+    let curves = [shaped, sparse].map(regret);
+    let episodes = curves.iter().map(Curve::num_episodes).max().unwrap_or(1);
+    let highest = curves.iter().flat_map(|curve| &curve.band.high);
     let highest = highest.copied().fold(10.0, f64::max);
-    let values = bands.iter().flat_map(|band| &band.middle);
+    let values = curves.iter().flat_map(|curve| &curve.band.middle);
     let lowest = values.copied().filter(|&v| v > 0.0);
     let lowest = lowest.fold(f64::INFINITY, f64::min);
     let chart = LogChart {
@@ -149,21 +144,17 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
     let title =
         format!("Regret: reward lost against the best policy (mean of {seeds} seeds{band})");
     drawing.log_axes(&chart, "episode", &title);
-    for (band, class, name) in [(1, "b", "without shaping"), (0, "a", "eigentrail")] {
-        let (x, y) = drawing.band(&chart, &bands[band], class);
+    for (curve, class, name) in [(1, "b", "without shaping"), (0, "a", "eigentrail")] {
+        let (x, y) = drawing.band(&chart, &curves[curve], class);
         let class = format!("{class}t");
         drawing.text(x + 8.0, y + 4.5, Anchor::Start, &class, name);
     }
 }
 
-fn regret(run: &RecordedRun) -> Band {
-    let episodes = run.seeds.iter().map(|seed| seed.episodes.len()).min();
-    Band::over(run.seeds.len(), episodes.unwrap_or(0), |seed, episode| {
-        run.seeds[seed].episodes[episode].regret
-    })
+fn regret(run: &RecordedRun) -> Curve {
+    Curve::over(run, |row| row.regret)
 }
 
 fn regret_at_end(run: &RecordedRun) -> String {
-    let last = regret(run).middle.last().copied().unwrap_or(0.0);
-    whole(last.max(0.0))
+    whole(regret(run).at_end().max(0.0))
 }

@@ -1,10 +1,9 @@
 //! Panels that several figures are made of: a map with its scale, a graph, a chart.
 
-use super::curves::LogChart;
+use super::curves::{Curve, LogChart};
 use super::heat_map::Frame;
 use super::{Anchor, Drawing};
 use crate::env::layouts::{Cell, Layout};
-use crate::report::band::Band;
 use crate::report::color::viridis;
 use crate::report::recorded::RecordedSeed;
 use crate::report::validity::cell;
@@ -108,16 +107,16 @@ impl Drawing {
     }
 
     /// Two curves over episodes, both axes logarithmic: `a` with shaping, `b` without.
-    pub(super) fn versus_panel(&mut self, edges: [f64; 4], title: &str, [a, b]: [&Band; 2]) {
-        let values = || [a, b].into_iter().flat_map(|band| &band.middle).copied();
+    pub(super) fn versus_panel(&mut self, edges: [f64; 4], title: &str, [a, b]: [&Curve; 2]) {
+        let values = || [a, b].into_iter().flat_map(|c| &c.band.middle).copied();
         let lowest = values().filter(|&v| v > 0.0).fold(f64::INFINITY, f64::min);
-        let highest = [a, b].into_iter().flat_map(|band| &band.high);
+        let highest = [a, b].into_iter().flat_map(|c| &c.band.high);
         let highest = highest.copied().fold(10.0, f64::max);
         let chart = LogChart {
             edges,
             x: (
                 0.0,
-                libm::log10(a.middle.len().max(b.middle.len()).max(2) as f64),
+                libm::log10(a.num_episodes().max(b.num_episodes()).max(2) as f64),
             ),
             y: (
                 libm::log10(lowest.min(highest / 10.0)).floor(),

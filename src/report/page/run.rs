@@ -41,7 +41,7 @@ fn arm(run: &RecordedRun) -> Arm {
         Ok(World::Grid(world)) => Some(world.layout().clone()),
         _ => None,
     };
-    let ends: Vec<Vec<usize>> = run.seeds.iter().map(ends).collect();
+    let ends: Vec<Vec<usize>> = run.seeds.iter().map(RecordedSeed::ends).collect();
     let common = ends.iter().map(|ends| ends.last().copied().unwrap_or(0));
     let blocks = blocks(common.min().unwrap_or(0), MAX_POINTS);
     let rows =
@@ -74,15 +74,6 @@ fn arm(run: &RecordedRun) -> Arm {
         sights: Some(Sights::new(seed, layout.as_ref())),
         solver: efforts(seed),
     }
-}
-
-/// The number of the last episode of each row, from 1.
-fn ends(seed: &RecordedSeed) -> Vec<usize> {
-    let add = |sum: &mut usize, row: &EpisodeRow| {
-        *sum += row.episodes;
-        Some(*sum)
-    };
-    seed.episodes.iter().scan(0, add).collect()
 }
 
 /// The rows that end in a block, up to the one that holds its last episode.
@@ -209,4 +200,22 @@ fn efforts(seed: &RecordedSeed) -> Vec<Effort> {
             loss: row.loss.map(short),
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_has_the_rows_that_end_in_it() {
+        let single: Vec<usize> = (1..=6).collect();
+        assert_eq!(rows_of(&single, &(2..5)), 2..5);
+        // Rows of 1, 1, 2 and 2 episodes.
+        let merged = [1, 2, 4, 6];
+        assert_eq!(rows_of(&merged, &(0..2)), 0..2);
+        assert_eq!(rows_of(&merged, &(2..6)), 2..4);
+        // Narrower than a row: the row that holds it.
+        assert_eq!(rows_of(&merged, &(2..3)), 2..3);
+        assert_eq!(rows_of(&merged, &(5..6)), 3..4);
+    }
 }
