@@ -71,7 +71,8 @@ pub fn exit_code() -> u8 {
     }
 }
 
-/// Calls `act` with the exit code of each signal, on a thread of its own.
+/// Calls `act` with the exit code of each signal, on a thread of its own. Where the system refuses one, signals do what
+/// they do to any program.
 #[cfg(unix)]
 fn on_each(mut act: impl FnMut(u8) + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -79,14 +80,21 @@ fn on_each(mut act: impl FnMut(u8) + Send + 'static) -> std::io::Result<()> {
     if !is_ignored(SIGHUP) {
         heard.push(SIGHUP);
     }
-    let mut signals = signal_hook::iterator::Signals::new(heard)?;
-    let thread = std::thread::Builder::new().name("signals".to_owned());
-    thread.spawn(move || {
-        for signal in signals.forever() {
-            act(128 + u8::try_from(signal).unwrap_or(0));
+    let (tell, told) = std::sync::mpsc::sync_channel(1);
+    let listen = move || match signal_hook::iterator::Signals::new(heard) {
+        Ok(mut signals) => {
+            drop(tell.send(Ok(())));
+            for signal in signals.forever() {
+                act(128 + u8::try_from(signal).unwrap_or(0));
+            }
         }
-    })?;
-    Ok(())
+        Err(error) => drop(tell.send(Err(error))),
+    };
+    let thread = std::thread::Builder::new().name("signals".to_owned());
+    match thread.spawn(listen) {
+        Ok(_) => told.recv().unwrap_or(Ok(())),
+        Err(_) => Ok(()),
+    }
 }
 
 /// Whether whoever started the program wants it to outlive this signal, as `nohup` does.

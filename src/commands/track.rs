@@ -5,7 +5,7 @@ use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, MethodChoice};
 use crate::output::{print, print_json};
 use crate::signals;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{Csr, matrix_market};
@@ -16,7 +16,7 @@ use eigentrail::spectral::{
 };
 use eigentrail::telemetry::Telemetry;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use tracing::{debug, warn};
 
 /// As the main thread has it.
@@ -95,7 +95,8 @@ enum Message {
     Stop,
 }
 
-/// Follows the graph on a thread of its own: a signal need not wait for the update under way. Without eigenpairs then.
+/// Follows the graph on a thread of its own, if the system gives one: a signal need not wait for the update under way.
+/// Without eigenpairs then.
 fn follow(
     args: &cli::Track,
     adjacency: Csr,
@@ -119,13 +120,16 @@ fn follow(
     let stop = send.clone();
     // Nobody receives any more once the end is there.
     signals::on_first(move || drop(stop.send(Message::Stop)));
-    let work = move || {
+    let work = Arc::new(move || {
         let tell = |update: &TrackUpdate| drop(send.send(Message::Update(update.clone())));
         let follow = AssertUnwindSafe(|| spectral::track(&adjacency, &params, tell));
         drop(send.send(Message::Done(catch_unwind(follow))));
-    };
+    });
+    let there = Arc::clone(&work);
     let thread = std::thread::Builder::new().stack_size(STACK);
-    thread.spawn(work).context("cannot start a thread")?;
+    if thread.spawn(move || there()).is_err() {
+        work();
+    }
     loop {
         match receive.recv()? {
             Message::Update(update) => {
