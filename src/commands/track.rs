@@ -6,7 +6,7 @@ use crate::cli::{self, MethodChoice};
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::{Error, ErrorKind};
-use eigentrail::graph::{Csr, matrix_market};
+use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
 use eigentrail::runner::write_matrix;
 use eigentrail::spectral::{self, Method, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum};
@@ -77,12 +77,12 @@ fn ending(args: &cli::Track, updates: &[TrackUpdate]) -> Ending {
 
 fn follow(
     args: &cli::Track,
-    adjacency: &Csr,
+    adjacency: &SymmetricCsr,
     params: &TrackParams,
     telemetry: &Telemetry,
     bars: bool,
 ) -> Result<TrackedSpectrum> {
-    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.rows() as u64);
+    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
     let tracked = spectral::track(adjacency, params, |update| {
         let (nodes, route) = (update.nodes, update.route);
         let reason = route.reason();
