@@ -2,6 +2,7 @@
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use indexmap::IndexSet;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -9,7 +10,9 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "eigentrail", version, max_term_width = 100)]
 #[command(after_help = "\
-Exit codes: 0 ok, 1 failed while running, 2 usage, 3 bad input, 4 not converged under --strict, 130 interrupted.
+Exit codes: 0 ok, 1 failed while running, 2 usage, 3 bad input, 4 not converged under --strict,
+129, 130, 143 interrupted by SIGHUP, Ctrl-C, SIGTERM. If stdout cannot be written the work is done
+to its end all the same: then 0 if a pipe was closed (| head -1), else 1.
 Results go to stdout, everything else to stderr.")]
 pub struct Cli {
     /// What to do.
@@ -376,8 +379,8 @@ pub struct Figures {
     /// Change one key, for example --set agent.gamma=0.99; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub sets: Vec<String>,
-    /// Seeds of each arm, from 0
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    /// Seeds of each arm, from 0; at most 10000
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub seeds: u64,
     /// Write to this file, or with --all into this folder [default: figure.svg, or the folder figures]
     #[arg(short, long, value_name = "PATH")]
@@ -437,7 +440,7 @@ fn seeds(text: &str) -> Result<Seeds, String> {
         let number = number.trim().parse::<u64>();
         number.map_err(|_| "expected seeds as 0..20 or 1,2,3".to_owned())
     };
-    let mut seeds = Vec::new();
+    let mut seeds = IndexSet::new();
     for part in text.split(',') {
         let (from, to) = match part.split_once("..") {
             Some((from, to)) => (whole(from)?, whole(to)?),
@@ -449,13 +452,12 @@ fn seeds(text: &str) -> Result<Seeds, String> {
         if to - from > MOST as u64 {
             return Err(format!("the range {part} has more than {MOST} seeds"));
         }
-        for seed in from..to {
-            if !seeds.contains(&seed) {
-                seeds.push(seed);
-            }
+        seeds.extend(from..to);
+        if seeds.len() > MOST {
+            return Err(format!("these are more than {MOST} seeds"));
         }
     }
-    Ok(Seeds(seeds))
+    Ok(Seeds(seeds.into_iter().collect()))
 }
 
 /// A finite number above 0.
@@ -489,6 +491,12 @@ mod tests {
         assert_eq!(seeds("3..6, 9,4").unwrap().0, [3, 4, 5, 9]);
         assert!(seeds("5..5").unwrap_err().contains("empty"));
         assert!(seeds("0..1000000000").unwrap_err().contains("more than"));
+        assert!(seeds("0..100000,200000..300000").is_err());
+        assert_eq!(seeds("0..100000,0..100000").unwrap().0.len(), 100_000);
+        assert_eq!(
+            seeds("18446744073709551614,0").unwrap().0,
+            [u64::MAX - 1, 0]
+        );
         for wrong in ["", "a", "1..", "-1", "1.5", "1,,2"] {
             assert!(seeds(wrong).is_err(), "{wrong}");
         }

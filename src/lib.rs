@@ -28,6 +28,8 @@ pub mod export;
 pub mod features;
 pub mod gcn;
 pub mod graph;
+mod memory;
+pub mod printable;
 pub mod report;
 pub mod runner;
 pub mod scenario;

@@ -4,31 +4,40 @@
 
 mod cli;
 mod commands;
+mod output;
+mod signals;
 
 use clap::Parser;
 use cli::Cli;
+use commands::Ending;
 use eigentrail::error::{Error, ErrorKind};
-use std::io;
+use eigentrail::telemetry::say;
 use std::process::ExitCode;
 
-/// Exit codes beside 0; 2 (usage) is clap's.
+/// Exit codes beside 0; 2 (usage) is clap's, and those of signals are theirs.
 const FAILED: u8 = 1;
 const BAD_INPUT: u8 = 3;
 const NOT_CONVERGED: u8 = 4;
-const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match commands::execute(cli) {
-        Ok(commands::Ending::Done) => ExitCode::SUCCESS,
-        Ok(commands::Ending::NotConverged) => ExitCode::from(NOT_CONVERGED),
-        Ok(commands::Ending::Interrupted) => ExitCode::from(INTERRUPTED),
-        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+    let ended = signals::listen().and_then(|()| match Cli::try_parse() {
+        Ok(cli) => commands::execute(cli),
+        Err(error) => Ok(Ending::Usage(output::usage(&error))),
+    });
+    let code = match ended {
+        Ok(Ending::Done) => 0,
+        Ok(Ending::Usage(code)) => code,
+        Ok(Ending::NotConverged) => NOT_CONVERGED,
+        Ok(Ending::Interrupted) => signals::exit_code(),
         Err(error) => {
-            eprintln!("error: {}", told(&error));
-            ExitCode::from(exit_code(&error))
+            say(format!("error: {}", told(&error)));
+            exit_code(&error)
         }
-    }
+    };
+    ExitCode::from(match (code, output::lost()) {
+        (0, true) => FAILED,
+        (code, _) => code,
+    })
 }
 
 /// The error and its causes in one line; a cause that has been told already is not told again.
@@ -54,13 +63,4 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         _ if error.is::<commands::BadInput>() => BAD_INPUT,
         _ => FAILED,
     }
-}
-
-/// Whoever read our stdout has read enough (`eigentrail list | head -1`): no error.
-fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.is::<commands::Stdout>()
-        && error.chain().any(|cause| {
-            let cause = cause.downcast_ref::<io::Error>();
-            cause.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-        })
 }

@@ -93,7 +93,7 @@ proptest! {
     fn the_matrix_is_symmetric_and_sorted(edges in edges(8, 40)) {
         let csr = check_growth(8, &edges, false).to_csr();
         prop_assert_eq!(&csr.as_csr().transpose_view().to_csr(), csr.as_csr());
-        for row in csr.outer_iterator() {
+        for row in csr.as_csr().outer_iterator() {
             prop_assert!(row.indices().is_sorted_by(|a, b| a < b));
         }
     }

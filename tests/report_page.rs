@@ -200,6 +200,7 @@ fn pages_of_large_worlds_and_long_runs_stay_small_and_say_so() {
         vectors: vec![(0..states).map(rough).collect(); 4],
     };
     let episode = |i: u64| EpisodeRow {
+        episodes: 1,
         step: 601 * (i + 1),
         length: 598 + i % 7,
         plain_return: -((598 + i % 7) as f64),

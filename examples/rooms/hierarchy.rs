@@ -70,8 +70,7 @@ impl<'a> Hierarchy<'a> {
     }
 
     fn neighbors(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        let range = self.graph.indptr().outer_inds_sz(i);
-        self.graph.indices()[range].iter().map(|&j| j as usize)
+        self.graph.row(i).0.iter().map(|&j| j as usize)
     }
 
     fn is_door(&self, i: usize) -> bool {

@@ -89,7 +89,7 @@ fn connected_parts(graph: &SymmetricCsr, cluster_of: &[usize]) -> Partition {
         room_of[first] = num_rooms;
         let mut queue = VecDeque::from([first]);
         while let Some(i) = queue.pop_front() {
-            for &j in graph.outer_view(i).expect("a node").indices() {
+            for &j in graph.row(i).0 {
                 let j = j as usize;
                 if room_of[j] == usize::MAX && cluster_of[j] == cluster_of[first] {
                     room_of[j] = num_rooms;

@@ -237,7 +237,7 @@ fn one_seed(family: Family, seed: u64) -> Result<Results, Failure> {
     )?;
 
     let other = family.map(&mut rng);
-    let goal = random_node(other.rows(), &mut rng);
+    let goal = random_node(other.num_nodes(), &mut rng);
     let partial = Place::new(with_missing_edges(&other, 0.15, &mut rng), goal)?;
     let noisy = Place::new(with_false_edges(&other, 0.02, &mut rng), goal)?;
     let other = Place::new(other, goal)?;
@@ -306,8 +306,7 @@ fn ask_new_nodes(
 /// φ of a new node is φ of the node it was discovered from.
 fn inherited(mut phi: Vec<f64>, map: &SymmetricCsr) -> Vec<f64> {
     for i in phi.len()..map.num_nodes() {
-        let row = map.outer_view(i).expect("a node of the map");
-        let parent = row.indices()[0] as usize;
+        let parent = map.row(i).0[0] as usize;
         phi.push(phi[parent]);
     }
     phi

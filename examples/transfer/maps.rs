@@ -57,15 +57,9 @@ fn discovered(layout: &Layout, rng: &mut ChaCha8Rng) -> SymmetricCsr {
 
 /// The edges i < j.
 fn edges(graph: &SymmetricCsr) -> Vec<(u32, u32)> {
-    let rows = graph.outer_iterator().enumerate();
-    rows.flat_map(|(i, row)| {
-        row.indices()
-            .iter()
-            .map(move |&j| (i as u32, j))
-            .collect::<Vec<_>>()
-    })
-    .filter(|(i, j)| i < j)
-    .collect()
+    let from = |i: usize| graph.row(i).0.iter().map(move |&j| (i as u32, j));
+    let all = (0..graph.num_nodes()).flat_map(from);
+    all.filter(|(i, j)| i < j).collect()
 }
 
 fn from_edges(nodes: usize, edges: impl IntoIterator<Item = (u32, u32)>) -> SymmetricCsr {

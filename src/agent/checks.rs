@@ -77,6 +77,8 @@ pub(crate) fn check_return(key: &'static str, value: f64) -> Result<(), AgentErr
     check(key, value, value.abs() <= LARGEST_RETURN, rule)
 }
 
-pub(crate) fn check_positive(key: &'static str, value: usize) -> Result<(), AgentError> {
-    check(key, value as f64, value > 0, "at least 1")
+/// A count of work that is done after a step: more than a million would take for ever.
+pub(crate) fn check_count(key: &'static str, value: usize) -> Result<(), AgentError> {
+    let holds = (1..=1_000_000).contains(&value);
+    check(key, value as f64, holds, "1 to 1000000")
 }

@@ -4,7 +4,7 @@
 //! follow from (s, a). After each step the pair just taken is backed up first, then the pairs whose value is most out of
 //! date: if max_b Q(s, b) moved by Δ, a pair that leads to s with probability P̂ waits with priority γ P̂ |Δ|.
 
-use super::checks::{AgentError, check_action_values, check_positive, check_rate};
+use super::checks::{AgentError, check_action_values, check_count, check_rate};
 use super::greedy::{action, advised, choose, first_best};
 use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
@@ -54,7 +54,7 @@ impl DynaQParams {
     pub fn validate(&self) -> Result<(), AgentError> {
         check_rate(self.learning_rate)?;
         check_action_values(self.gamma, self.epsilon, self.initial_value)?;
-        check_positive("planning_steps", self.planning_steps)
+        check_count("planning_steps", self.planning_steps)
     }
 }
 

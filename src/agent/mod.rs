@@ -40,6 +40,7 @@ mod pvf;
 mod q_learning;
 mod random;
 mod sarsa;
+mod small_mdp;
 mod sweep;
 mod table;
 

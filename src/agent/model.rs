@@ -208,6 +208,21 @@ impl EmpiricalModel {
         Some(total / f64::from(pair.tries))
     }
 
+    /// The states seen to follow from `action` in `state`, with their probabilities; none if it was never tried.
+    pub fn ways_out(
+        &self,
+        state: StateId,
+        action: Action,
+    ) -> impl Iterator<Item = (StateId, f64)> + '_ {
+        let pair = self.pairs.get(self.place(state, action));
+        let first = pair.map_or(NONE, |pair| pair.first);
+        let tries = f64::from(self.tries(state, action));
+        chain(&self.entries, first, |e| e.next_outcome).map(move |i| {
+            let entry = &self.entries[i];
+            (StateId(entry.to), f64::from(entry.count) / tries)
+        })
+    }
+
     /// The (state, action) pairs seen to lead to `state`, latest discovery first.
     pub fn ways_into(&self, state: StateId) -> impl Iterator<Item = WayIn> + '_ {
         chain(&self.entries, self.first_way_in[state.index()], |e| {
@@ -324,6 +339,12 @@ mod tests {
             .map(|w| (w.state.0, w.action.0, w.probability))
             .collect();
         assert_eq!(ways, [(1, 1, 0.5), (0, 0, 1.0)]);
+        let out: Vec<_> = model
+            .ways_out(StateId(1), Action(1))
+            .map(|(state, probability)| (state.0, probability))
+            .collect();
+        assert_eq!(out, [(2, 0.5), (3, 0.5)]);
+        assert_eq!(model.ways_out(StateId(1), Action(0)).count(), 0);
         assert_eq!(model.ways_into(StateId(1)).count(), 0);
     }
 

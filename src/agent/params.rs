@@ -104,19 +104,19 @@ pub struct AgentParams {
     pub epsilon: Option<f64>,
     /// q-learning, sarsa, dyna-q, policy-iteration: what an untried action is worth. 0 is optimistic where steps cost.
     pub initial_value: f64,
-    /// dyna-q: backups from the model after each step, the step's own included; at least 1.
+    /// dyna-q: backups from the model after each step, the step's own included; 1 to 1 000 000.
     pub planning_steps: usize,
-    /// planner: tries after which an action counts as known; at least 1.
+    /// planner: tries after which an action counts as known; 1 to 1 000 000.
     pub known_after: u32,
     /// planner: return expected of an unknown action. Default: from the largest reward seen so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 99.0)]
     pub optimistic_value: Option<f64>,
-    /// planner: at most so many backups after one step; what is left waits for the next.
+    /// planner: at most so many backups (1 to 1 000 000) after one step; what is left waits for the next.
     pub max_backups: usize,
     /// policy-iteration: plan after so many steps, besides the end of each episode; 0 = only there.
     pub plan_every: u64,
-    /// policy-iteration: sweeps of one evaluation; at least 1.
+    /// policy-iteration: sweeps of one evaluation; 1 to 1 000 000.
     pub evaluation_sweeps: usize,
 }
 
@@ -322,6 +322,14 @@ mod tests {
             ),
             ("kind = \"dyna-q\"\nplanning_steps = 0", "planning_steps"),
             ("kind = \"planner\"\nknown_after = 0", "known_after"),
+            (
+                "kind = \"dyna-q\"\nplanning_steps = 1000001",
+                "planning_steps",
+            ),
+            (
+                "kind = \"planner\"\nmax_backups = 4294967296",
+                "max_backups",
+            ),
             (
                 "kind = \"planner\"\noptimistic_value = inf",
                 "optimistic_value",

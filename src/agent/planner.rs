@@ -12,11 +12,23 @@
 //! optimistic and come down, so with γ = 1 a region without any way out would sink for ever; values end at a floor of
 //! ten times the longest simple path at the largest cost seen.
 //!
+//! Where steps cost next to nothing and chance has a part, that is slow, and values that should come down hold each other
+//! up, sinking by the cost of a round at a time. Four things bound it:
+//!
+//! - A step has a budget of a few backups a state; what is left over waits for the next.
+//! - In a world of few states a step that used up its budget is followed by policy iteration with policies evaluated exactly.
+//! - In a larger one the plan is then made anew from the floor, for from below values have nothing to hold on to (from above
+//!   and from below they enclose what is right: Haddad & Monmege 2014); but only so often that this adds a quarter to
+//!   the work, and more seldom while it turns out to change nothing.
+//! - With γ = 1 a loop that pays is worth more than any number. Once a value exceeds ten times what the longest simple path
+//!   could earn there must be one, and from then on plans discount, as if an episode went on for about so many steps.
+//!
 //! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
 
-use super::checks::{AgentError, check, check_gamma, check_positive, check_return};
+use super::checks::{AgentError, check_count, check_gamma, check_return};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
+use super::small_mdp::{Row, SmallMdp, Solution};
 use super::sweep::SweepQueue;
 use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
@@ -31,8 +43,21 @@ const STEP_COST: f64 = 1e-6;
 /// Changes below this share of the cheapest step's cost are not passed on. Where nothing is left to chance, changes are
 /// whole steps and plans exact; under slip values are good to about this share of their size.
 const NEGLIGIBLE: f64 = 1e-3;
-/// The floor, in longest simple paths: room for slip to make a path ten times as long.
-const FLOOR_PATHS: f64 = 10.0;
+/// Floor and ceiling, in longest simple paths: room for slip to make a path ten times as long.
+const LONG_PATHS: f64 = 10.0;
+/// The budget of a step, in backups a state; in small worlds at least so many.
+const BACKUPS_PER_STATE: usize = 8;
+const MIN_BACKUPS: usize = 200;
+/// Up to so many states, policies are evaluated exactly: a third of their cube is a few hundred microseconds.
+const FEW_STATES: usize = 64;
+/// A plan is close to done when what waits could change no value by more than this share of the largest reward.
+const ALMOST_DONE: f64 = 1e-5;
+/// A plan from the floor changed nothing where no value differs by more than this share of the largest.
+const MATERIAL: f64 = 1e-2;
+/// Budgets that pass for each budget's worth of a plan from the floor.
+const REST_PER_PLAN: u64 = 4;
+/// Steps between two plans from the floor that changed nothing, at most.
+const MAX_REST: u64 = 1 << 20;
 
 /// Parameters of [`Planner`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +68,8 @@ pub struct PlannerParams {
     pub known_after: u32,
     /// U; `None`: from the largest reward seen.
     pub optimistic_value: Option<f64>,
-    /// At most so many backups after one step, at least 1; what is left waits for the next.
+    /// At most so many backups after one step, at least 1, be it for what the step taught or for a plan from the floor; what
+    /// is left waits for the next.
     pub max_backups: usize,
 }
 
@@ -65,14 +91,9 @@ impl PlannerParams {
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), AgentError> {
         check_gamma(self.gamma)?;
-        check(
-            "known_after",
-            f64::from(self.known_after),
-            self.known_after > 0,
-            "at least 1",
-        )?;
+        check_count("known_after", self.known_after as usize)?;
         check_return("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;
-        check_positive("max_backups", self.max_backups)
+        check_count("max_backups", self.max_backups)
     }
 }
 
@@ -85,6 +106,13 @@ pub struct Planner {
     values: Vec<f64>,
     /// States whose value may be out of date.
     queue: SweepQueue,
+    /// Whether a loop was found that pays.
+    loop_pays: bool,
+    /// Steps until a plan may be made from the floor again, and how many there were to be after the last one.
+    rest: u64,
+    last_rest: u64,
+    /// Backups so far.
+    backups: u64,
     /// Largest and smallest reward seen.
     rewards: Option<(f64, f64)>,
     /// Smallest |reward| of a step that did not end the task.
@@ -107,6 +135,10 @@ impl Planner {
             model: EmpiricalModel::new(num_actions, 0.0),
             values: Vec::new(),
             queue: SweepQueue::default(),
+            loop_pays: false,
+            rest: 0,
+            last_rest: 0,
+            backups: 0,
             rewards: None,
             cheapest_step: None,
             buffer: vec![0.0; num_actions],
@@ -118,6 +150,21 @@ impl Planner {
     /// V(state) of the present plan; `None` for states it has not heard of.
     pub fn value(&self, state: StateId) -> Option<f64> {
         self.values.get(state.index()).copied()
+    }
+
+    /// Backups so far: the work that plans have cost.
+    pub fn backups(&self) -> u64 {
+        self.backups
+    }
+
+    /// γ of plans; less than 1 where a loop pays.
+    fn gamma(&self) -> f64 {
+        if self.loop_pays {
+            // Of a number of states that seldom changes, for values depend on it everywhere.
+            1.0 - 1.0 / (LONG_PATHS * (self.values.len() + 1).next_power_of_two() as f64)
+        } else {
+            self.params.gamma
+        }
     }
 
     /// U.
@@ -137,7 +184,14 @@ impl Planner {
             .rewards
             .map_or(0.0, |(_, smallest)| (-smallest).max(0.0))
             + STEP_COST;
-        -FLOOR_PATHS * cost * (self.values.len() + 1) as f64
+        -LONG_PATHS * cost * (self.values.len() + 1) as f64
+    }
+
+    /// Above this no value rises with γ = 1 unless there is a loop that pays.
+    fn ceiling(&self) -> f64 {
+        let largest = self.rewards.map_or(0.0, |(largest, _)| largest.max(0.0));
+        let ends = self.optimistic_value().max(0.0);
+        ends + LONG_PATHS * largest * (self.values.len() + 1) as f64
     }
 
     /// Changes up to this are not passed on, and values this close count as equal.
@@ -148,8 +202,11 @@ impl Planner {
     fn grow_to(&mut self, state: StateId) {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
-            let optimistic = self.optimistic_value();
+            let (optimistic, gamma) = (self.optimistic_value(), self.gamma());
             self.values.resize(state.index() + 1, optimistic);
+            if self.gamma() != gamma {
+                self.queue_all(1.0);
+            }
         }
     }
 
@@ -160,17 +217,22 @@ impl Planner {
         }
         let known = self
             .model
-            .action_value(state, action, self.params.gamma, |s| self.values[s.index()]);
+            .action_value(state, action, self.gamma(), |s| self.values[s.index()]);
         known.expect("the action was tried") - STEP_COST
     }
 
     /// Computes V(state) anew and passes on a change; returns it.
     fn back_up(&mut self, state: StateId) -> f64 {
+        self.backups += 1;
         let actions = 0..self.model.num_actions();
         let value = actions
             .map(|a| self.action_value(state, action(a)))
             .fold(f64::NEG_INFINITY, f64::max);
         let value = value.max(self.floor());
+        if self.gamma() == 1.0 && value > self.ceiling() {
+            self.loop_pays = true;
+            self.queue_all(value);
+        }
         let change = value - std::mem::replace(&mut self.values[state.index()], value);
         if change.abs() > self.tolerance() && !self.model.is_terminal(state) {
             self.pass_on(state, change.abs());
@@ -181,11 +243,96 @@ impl Planner {
     /// Queues every state that has a way into `state`.
     fn pass_on(&mut self, state: StateId, change: f64) {
         for way in self.model.ways_into(state) {
-            self.queue.push(
-                way.state.index(),
-                self.params.gamma * way.probability * change,
-            );
+            self.queue
+                .push(way.state.index(), self.gamma() * way.probability * change);
         }
+    }
+
+    /// Queues every state.
+    fn queue_all(&mut self, priority: f64) {
+        (0..self.values.len()).for_each(|s| self.queue.push(s, priority));
+    }
+
+    /// Backs up what waits, most urgent first, at most so many.
+    fn sweep(&mut self, backups: usize) {
+        for _ in 0..backups {
+            let Some(state) = self.queue.pop() else { break };
+            self.back_up(StateId(state as u32));
+        }
+    }
+
+    /// Solves the model, unless a loop turns out to pay: then sweeps go on with what that changes.
+    fn plan_exactly(&mut self) {
+        let problem = SmallMdp {
+            rows: (0..self.values.len()).map(|s| self.rows(s)).collect(),
+            gamma: self.gamma(),
+            floor: self.floor(),
+            ceiling: self.ceiling(),
+            tolerance: self.tolerance(),
+        };
+        match problem.solve(&self.values) {
+            Solution::Values(values, policies) => {
+                self.backups += (policies * values.len()) as u64;
+                self.values = values;
+                self.queue = SweepQueue::default();
+            }
+            Solution::Unbounded => {
+                self.loop_pays = true;
+                self.queue_all(1.0);
+            }
+        }
+    }
+
+    /// The actions of a state by the model; an unknown one is worth U, and then the task ends.
+    fn rows(&self, state: usize) -> Vec<Row> {
+        let state = StateId(state as u32);
+        let row = |action: Action| {
+            if self.model.tries(state, action) < self.params.known_after {
+                return Row {
+                    reward: self.optimistic_value(),
+                    next: Vec::new(),
+                };
+            }
+            let reward = self.model.action_value(state, action, 1.0, |_| 0.0);
+            let ways = self.model.ways_out(state, action);
+            Row {
+                reward: reward.expect("the action was tried") - STEP_COST,
+                next: ways
+                    .filter(|&(to, _)| !self.model.is_terminal(to))
+                    .map(|(to, probability)| (to.index(), probability))
+                    .collect(),
+            }
+        };
+        (0..self.model.num_actions())
+            .map(|a| row(action(a)))
+            .collect()
+    }
+
+    /// Plans anew from the floor up, and rests as long as earns the backups of it; twice as long as last time if nothing
+    /// came of it. A plan that is far from done when its backups are used up is dropped.
+    fn plan_from_the_floor(&mut self, budget: usize) {
+        let (values, queue) = (self.values.clone(), std::mem::take(&mut self.queue));
+        let backups = self.backups;
+        let floor = self.floor();
+        self.values.fill(floor);
+        self.queue_all(f64::INFINITY);
+        self.sweep(self.params.max_backups - budget);
+        let largest = |(l, s): (f64, f64)| l.abs().max(s.abs());
+        let worth = self.rewards.map_or(0.0, largest) + STEP_COST;
+        let close = self.queue.most_urgent() <= self.tolerance().max(ALMOST_DONE * worth);
+        let scale = values.iter().fold(worth, |scale, v| scale.max(v.abs()));
+        let differs = |(a, b): (&f64, &f64)| (a - b).abs() > MATERIAL * scale;
+        let changed = close && self.values.iter().zip(&values).any(differs);
+        if !close {
+            (self.values, self.queue) = (values, queue);
+        }
+        let earned = REST_PER_PLAN * (self.backups - backups) / budget as u64;
+        self.last_rest = if changed {
+            earned
+        } else {
+            (2 * self.last_rest).clamp(earned, MAX_REST.max(earned))
+        };
+        self.rest = self.last_rest;
     }
 
     /// Notes the range of rewards; every value may depend on U, which goes by it.
@@ -202,7 +349,7 @@ impl Planner {
         self.rewards = Some((largest.max(reward), smallest.min(reward)));
         let after = self.optimistic_value();
         if before != Some(after) {
-            (0..self.values.len()).for_each(|s| self.queue.push(s, after.abs().max(1.0)));
+            self.queue_all(after.abs().max(1.0));
         }
     }
 }
@@ -234,9 +381,17 @@ impl Agent for Planner {
             self.pass_on(next, self.values[next.index()].abs().max(1.0));
         }
         let td_error = self.back_up(state);
-        for _ in 1..self.params.max_backups {
-            let Some(state) = self.queue.pop() else { break };
-            self.back_up(StateId(state as u32));
+        let budget = (BACKUPS_PER_STATE * self.values.len()).max(MIN_BACKUPS);
+        let budget = budget.min(self.params.max_backups);
+        self.sweep(budget - 1);
+        self.rest = self.rest.saturating_sub(1);
+        let done = self.queue.most_urgent() == 0.0;
+        if !done && budget < self.params.max_backups {
+            if self.values.len() <= FEW_STATES {
+                self.plan_exactly();
+            } else if self.rest == 0 {
+                self.plan_from_the_floor(budget);
+            }
         }
         UpdateInfo { td_error }
     }

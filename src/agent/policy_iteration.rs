@@ -14,7 +14,7 @@
 //! It plans at the end of each episode and every `plan_every` steps. In between only the state just left is backed up,
 //! so that the agent does not turn in circles among states that it has used up. It acts ε-greedily on Q + advice.
 
-use super::checks::{AgentError, check_action_values, check_positive};
+use super::checks::{AgentError, check_action_values, check_count};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
 use super::table::largest;
@@ -64,7 +64,7 @@ impl PolicyIterationParams {
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), AgentError> {
         check_action_values(self.gamma, self.epsilon, self.initial_value)?;
-        check_positive("evaluation_sweeps", self.evaluation_sweeps)
+        check_count("evaluation_sweeps", self.evaluation_sweeps)
     }
 }
 

@@ -50,6 +50,17 @@ impl SweepQueue {
         }
     }
 
+    /// The priority of the most urgent item; 0 if none waits. Amortised O(log n).
+    pub fn most_urgent(&mut self) -> f64 {
+        while let Some(top) = self.heap.peek() {
+            if self.waiting[top.item as usize] == top.priority {
+                return top.priority;
+            }
+            self.heap.pop();
+        }
+        0.0
+    }
+
     /// Takes the most urgent item. Amortised O(log n).
     pub fn pop(&mut self) -> Option<usize> {
         while let Some(Urgency { priority, item }) = self.heap.pop() {
@@ -85,7 +96,10 @@ mod tests {
             std::iter::from_fn(|| queue.pop()).collect::<Vec<_>>(),
             [4, 2, 7]
         );
+        assert_eq!(queue.most_urgent(), 0.0);
+        queue.push(4, 0.05);
         queue.push(4, 0.1);
+        assert_eq!(queue.most_urgent(), 0.1);
         assert_eq!(queue.pop(), Some(4), "an item may wait again");
         assert_eq!(queue.pop(), None);
     }

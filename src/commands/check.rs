@@ -1,29 +1,45 @@
 //! `eigentrail check`
 
-use super::{Ending, print};
+use super::Ending;
 use crate::cli;
+use crate::output::print;
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
-use eigentrail::runner::estimated_bytes;
+use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{ArmParams, Scenario, World};
+use eigentrail::telemetry::say;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     if args.resolved {
-        print(&loaded.scenario.to_toml())?;
+        print(&loaded.scenario.to_toml());
     } else {
-        print(&summary(&loaded.scenario))?;
+        print(&summary(&loaded.scenario)?);
+        warn_of(&loaded.scenario);
     }
     Ok(Ending::Done)
 }
 
-/// What the scenario amounts to.
-fn summary(scenario: &Scenario) -> String {
+/// Says on stderr what the author of the world may not have meant.
+fn warn_of(scenario: &Scenario) {
+    let world = scenario.world(scenario.run.seed).ok();
+    for caution in world.iter().flat_map(World::cautions) {
+        say(format!("warning: {caution}"));
+    }
+    let moved = scenario.moved_world(scenario.run.seed).ok().flatten();
+    for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
+        say(format!("warning: since the goals moved, {caution}"));
+    }
+}
+
+/// What the scenario amounts to; refused if it cannot fit into this machine.
+fn summary(scenario: &Scenario) -> Result<String> {
     let world = scenario.world(scenario.run.seed);
     let world = world.expect("the scenario was checked when it was loaded");
+    require_memory(scenario, &world, 1).map_err(Error::from)?;
     let (states, reachable) = world.num_states();
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
@@ -63,7 +79,7 @@ fn summary(scenario: &Scenario) -> String {
     for (name, arm) in &scenario.arms {
         table.add_row([format!("arm {name}"), describe_arm(arm)]);
     }
-    table.trim_fmt()
+    Ok(table.trim_fmt())
 }
 
 fn optimal(world: &World) -> String {

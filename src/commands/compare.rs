@@ -1,15 +1,18 @@
 //! `eigentrail compare`
 
 use super::progress::Progress;
-use super::{Ending, print, print_json, stop_on_interrupt};
+use super::{BadInput, Ending};
 use crate::cli;
-use anyhow::Result;
+use crate::output::{print, print_json};
+use crate::signals;
+use anyhow::{Result, bail};
 use eigentrail::error::Error;
 use eigentrail::report::{Comparison, TableStyle, render_comparison, render_overview};
 use eigentrail::runner::{self, CompareRequest, CompareWatch, Existing};
 use eigentrail::scenario::{Loaded, Scenario};
-use eigentrail::telemetry::Telemetry;
+use eigentrail::telemetry::{Telemetry, say};
 use serde::Serialize;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -28,6 +31,7 @@ pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result
     });
     let mut all: Vec<(Loaded, CompareRequest)> = all.collect::<Result<_>>()?;
     if all.len() > 1 {
+        require_distinct_names(&all, args)?;
         for (loaded, request) in &mut all {
             request.out = request
                 .out
@@ -35,29 +39,46 @@ pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result
                 .map(|out| out.join(&loaded.scenario.name));
         }
     }
-    let stop = stop_on_interrupt()?;
+    let stop = signals::stop_flag();
     let mut comparisons = Vec::new();
     for (loaded, request) in &all {
         let report = compare_one(loaded, request, telemetry, bars, &stop)?;
+        let folder = report.folder.path();
         let Some(comparison) = report.comparison else {
-            eprintln!(
-                "{}: interrupted; --resume --out {} goes on",
-                loaded.scenario.name,
-                report.folder.display()
-            );
+            let (name, folder) = (&loaded.scenario.name, folder.display());
+            say(format!(
+                "{name}: interrupted; --resume --out {folder} goes on"
+            ));
             return Ok(Ending::Interrupted);
         };
         if !args.no_report {
-            super::report::write_comparison_into(&report.folder)?;
+            super::report::write_comparison_into(folder)?;
         }
         if !args.json {
-            print(&render_comparison(&comparison, style(args)))?;
-            print(&format!("written to {}\n\n", report.folder.display()))?;
+            print(&render_comparison(&comparison, style(args)));
+            print(&format!("written to {}\n\n", folder.display()));
         }
         comparisons.push(comparison);
     }
-    show_all(args, &comparisons)?;
+    show_all(args, &comparisons);
     Ok(Ending::Done)
+}
+
+/// With `--out` each scenario has a folder of its name: two of one name would be written over each other.
+fn require_distinct_names(all: &[(Loaded, CompareRequest)], args: &cli::Compare) -> Result<()> {
+    let mut seen = HashMap::new();
+    for (loaded, request) in all.iter().filter(|_| args.out.is_some()) {
+        let name = &loaded.scenario.name;
+        if let Some(other) = seen.insert(name, &request.path) {
+            bail!(BadInput(format!(
+                "{}: the scenario is called {name}, as that of {}, so that both would be written to one folder below --out; \
+                 change the name of one",
+                request.path.display(),
+                other.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
@@ -69,7 +90,7 @@ fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
         tuned: args.tuned,
         out: args.out.clone(),
         existing: existing(args),
-        arguments: std::env::args().collect(),
+        arguments: super::arguments(),
     }
 }
 
@@ -96,11 +117,11 @@ fn compare_one(
 }
 
 /// What is said at the end: the numbers as JSON, or the table over all scenarios.
-fn show_all(args: &cli::Compare, comparisons: &[Comparison]) -> Result<()> {
+fn show_all(args: &cli::Compare, comparisons: &[Comparison]) {
     match comparisons {
         [one] if args.json => print_json(one),
         several if args.json => print_json(&Comparisons { scenarios: several }),
-        [_] => Ok(()),
+        [_] => {}
         several => print(&render_overview(several, style(args))),
     }
 }

@@ -1,11 +1,12 @@
 //! `eigentrail export`
 
-use super::{Ending, Stdout, print};
+use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, ExportFormat};
-use anyhow::{Context, Result};
+use crate::output::{print, print_with};
+use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::export::{self, Format, Source};
-use std::io::{BufWriter, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 pub fn export(args: &cli::Export) -> Result<Ending> {
@@ -18,9 +19,18 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
         Some(out) => out.clone(),
         None => default_out(format),
     };
+    match format {
+        _ if out.exists() && !args.force => {} // left to the export, which refuses it
+        Format::Csv | Format::Parquet if out.is_file() => {
+            let message = format!("{}: is a file; name a folder", out.display());
+            return Err(BadInput(message).into());
+        }
+        Format::Csv | Format::Parquet => {} // made if it is not there
+        Format::Npz | Format::GraphMl | Format::Dot => require_writable(Some(&out))?,
+    }
     let files = export::export(&source, format, &out, args.force).map_err(Error::from)?;
     for file in files {
-        print(&format!("written to {}", file.display()))?;
+        print(&format!("written to {}", file.display()));
     }
     Ok(Ending::Done)
 }
@@ -29,14 +39,17 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
 fn to_stdout(source: &Source, format: Format) -> Result<Ending> {
     if !matches!(format, Format::GraphMl | Format::Dot) {
         let message = "-o -: only graphml and dot can go to stdout; name a file or folder";
-        return Err(super::BadInput(message.to_owned()).into());
+        return Err(BadInput(message.to_owned()).into());
     }
     let seed = source.only_seed().map_err(Error::from)?;
     let graph = seed.graph().map_err(Error::from)?;
-    let mut out = BufWriter::new(std::io::stdout().lock());
-    export::write_graph(&mut out, &graph, format)
-        .and_then(|()| out.flush())
-        .context(Stdout)?;
+    if std::io::stdout().is_terminal() {
+        let mut text = Vec::new();
+        export::write_graph(&mut text, &graph, format)?;
+        print(&String::from_utf8_lossy(&text));
+    } else {
+        print_with(|out| export::write_graph(out, &graph, format));
+    }
     Ok(Ending::Done)
 }
 

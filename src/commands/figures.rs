@@ -1,20 +1,24 @@
 //! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
 
-use super::{BadInput, Ending, gallery, print, stop_on_interrupt};
+use super::{BadInput, Ending, Interrupted, gallery, require_writable, write_text};
 use crate::cli;
+use crate::output::print;
+use crate::signals;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
 use eigentrail::report::{RecordedRun, overview};
+use eigentrail::runner::files::TemporaryFolder;
 use eigentrail::runner::{self, Existing, Outlets, RunRequest, Watch};
 use eigentrail::scenario::{Loaded, Scenario, World};
 use eigentrail::telemetry::Telemetry;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 /// The arm to compare with: nothing but the environment's own reward.
 pub(super) const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kind=none"];
 
 pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
-    let stop = stop_on_interrupt()?;
+    let stop = signals::stop_flag();
     let mut watch = Watch {
         events: &telemetry.events,
         stop: &stop,
@@ -27,7 +31,8 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         return gallery::write_all(out, args.seeds, sets, &mut watch);
     };
     let out = args.out.as_deref().unwrap_or(Path::new("figure.svg"));
-    let runs = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    require_writable(Some(out))?;
+    let runs = TemporaryFolder::create().context("cannot make a folder for the runs")?;
     let load = |sets: &[String]| Scenario::load(scenario, sets).map_err(Error::from);
     let plain: Vec<String> = sets
         .iter()
@@ -44,12 +49,15 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;
     let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), &mut watch)?;
     let svg = overview(map.layout(), &shaped, &sparse);
-    std::fs::write(out, svg).with_context(|| format!("{}: cannot write", out.display()))?;
-    print(&format!("written to {}", out.display()))?;
+    if stop.load(Ordering::Relaxed) {
+        bail!(Interrupted);
+    }
+    write_text(out, &svg)?;
+    print(&format!("written to {}", out.display()));
     Ok(Ending::Done)
 }
 
-/// Runs seeds 0, 1, 2 … of a scenario and reads them back.
+/// Runs seeds 0, 1, 2 … of a scenario, every one to its end, and reads them back.
 pub(super) fn run(
     loaded: &Loaded,
     seeds: u64,
@@ -61,9 +69,12 @@ pub(super) fn run(
             seed,
             out: Some(folder.to_owned()),
             existing: Existing::Resume,
-            arguments: std::env::args().collect(),
+            arguments: super::arguments(),
         };
-        runner::run(loaded, &request, watch)?;
+        let report = runner::run(loaded, &request, watch)?;
+        if !report.outcome.result.finished {
+            bail!(Interrupted); // less than all the seeds would be a false picture
+        }
     }
     Ok(RecordedRun::read(folder).map_err(Error::from)?)
 }

@@ -1,18 +1,21 @@
 //! `eigentrail figures --all`: the source report's figures 4 to 9, from runs made for the purpose.
 
 use super::figures::{SPARSE, run};
-use super::{Ending, print};
-use anyhow::{Context, Result};
+use super::{Ending, Interrupted, require_writable_folder, write_text};
+use crate::output::print;
+use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
 use eigentrail::report::{RecordedRun, ReportRuns, counterparts, figures_page};
 use eigentrail::runner::Watch;
+use eigentrail::runner::files::TemporaryFolder;
 use eigentrail::scenario::{Scenario, report_scenarios};
-use std::fs;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 /// Runs every file of `scenarios/report/`, `seeds` times where learners are compared, and writes pictures and page.
 pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>) -> Result<Ending> {
-    let folder = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    require_writable_folder(out)?;
+    let folder = TemporaryFolder::create().context("cannot make a folder for the runs")?;
     let mut go = |name: &str, more: &[&str], seeds| -> Result<RecordedRun> {
         let file = report_scenarios().iter().find(|file| file.name == name);
         let file = file.expect("every figure has its scenario");
@@ -44,16 +47,14 @@ pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>)
         ],
     };
     let figures = counterparts(&runs);
-    fs::create_dir_all(out).with_context(|| format!("{}: cannot make it", out.display()))?;
+    if watch.stop.load(Ordering::Relaxed) {
+        bail!(Interrupted);
+    }
     for figure in &figures {
-        write(&out.join(format!("fig{}.svg", figure.number)), &figure.svg)?;
+        write_text(&out.join(format!("fig{}.svg", figure.number)), &figure.svg)?;
     }
     let index = out.join("index.html");
-    write(&index, &figures_page(&figures))?;
-    print(&format!("written to {}", index.display()))?;
+    write_text(&index, &figures_page(&figures))?;
+    print(&format!("written to {}", index.display()));
     Ok(Ending::Done)
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("{}: cannot write", path.display()))
 }

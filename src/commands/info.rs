@@ -1,7 +1,8 @@
 //! `eigentrail schema | list | new | completions | man`: what the program says of itself.
 
-use super::{BadInput, Ending, print};
+use super::{BadInput, Ending};
 use crate::cli::{Cli, New};
+use crate::output::print;
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -9,7 +10,7 @@ use eigentrail::scenario::{BUILT_IN_ARMS, Scenario, check_name, shipped, templat
 use serde_json::Value;
 
 pub fn schema() -> Result<Ending> {
-    print(&serde_json::to_string_pretty(&Scenario::json_schema())?)?;
+    print(&serde_json::to_string_pretty(&Scenario::json_schema())?);
     Ok(Ending::Done)
 }
 
@@ -36,7 +37,7 @@ pub fn list() -> Result<Ending> {
     for arm in BUILT_IN_ARMS {
         text += &format!("  {:<16} {}\n", arm.name, arm.about);
     }
-    print(&text)?;
+    print(&text);
     Ok(Ending::Done)
 }
 
@@ -62,14 +63,14 @@ fn resolve<'a>(schema: &'a Value, value: &'a Value) -> &'a Value {
 
 pub fn new(args: &New) -> Result<Ending> {
     check_name(&args.name).map_err(|rule| BadInput(rule.message))?;
-    print(&template(&args.name))?;
+    print(&template(&args.name));
     Ok(Ending::Done)
 }
 
 pub fn completions(shell: Shell) -> Result<Ending> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "eigentrail", &mut script);
-    print(&String::from_utf8_lossy(&script))?;
+    print(&String::from_utf8_lossy(&script));
     Ok(Ending::Done)
 }
 
@@ -82,6 +83,6 @@ pub fn man() -> Result<Ending> {
     for subcommand in program.get_subcommands() {
         clap_mangen::Man::new(subcommand.clone()).render(&mut pages)?;
     }
-    print(&String::from_utf8_lossy(&pages))?;
+    print(&String::from_utf8_lossy(&pages));
     Ok(Ending::Done)
 }

@@ -11,16 +11,16 @@ mod progress;
 mod report;
 mod run;
 mod show;
+mod threads;
 mod track;
 
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::report::Ink;
-use eigentrail::telemetry::{self, Telemetry};
-use std::io::{self, IsTerminal, Write};
+use eigentrail::runner::files;
+use eigentrail::telemetry::{self, Telemetry, say};
+use std::io::{self, IsTerminal};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::level_filters::LevelFilter;
 
 /// How a command ended that did not fail.
@@ -30,8 +30,10 @@ pub enum Ending {
     Done,
     /// Under `--strict`, with something that did not converge.
     NotConverged,
-    /// By Ctrl-C, with what was done until then on disk.
+    /// By a signal, with what was done until then on disk.
     Interrupted,
+    /// With help, or an error in the command line, and this exit code.
+    Usage(u8),
 }
 
 /// A file that the caller named, and that the program cannot use.
@@ -39,21 +41,16 @@ pub enum Ending {
 #[error("{0}")]
 pub struct BadInput(pub String);
 
-/// Marks errors of writing to stdout.
+/// A signal came before there was anything to show.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write to stdout")]
-pub struct Stdout;
+#[error("interrupted: nothing is written")]
+struct Interrupted;
 
 /// Does what the command line asks.
 pub fn execute(cli: Cli) -> Result<Ending> {
     let telemetry = install(&cli.global)?;
-    if let Some(threads) = cli.global.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .context("cannot start the threads")?;
-    }
-    match &cli.command {
+    threads::start(cli.global.threads)?;
+    let ended = match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
@@ -70,10 +67,20 @@ pub fn execute(cli: Cli) -> Result<Ending> {
         Command::New(args) => info::new(args),
         Command::Completions { shell } => info::completions(*shell),
         Command::Man => info::man(),
+    };
+    match ended {
+        Err(error) if error.is::<Interrupted>() => {
+            say(error);
+            Ok(Ending::Interrupted)
+        }
+        ended => ended,
     }
 }
 
 fn install(global: &Global) -> Result<Telemetry> {
+    if global.trace.is_some() {
+        threads::require_one().context("cannot start the thread that writes the trace")?;
+    }
     let level = match i16::from(global.verbose) - i16::from(global.quiet) {
         ..=-2 => LevelFilter::OFF,
         -1 => LevelFilter::ERROR,
@@ -136,40 +143,42 @@ fn bars(global: &Global) -> bool {
     global.quiet == 0
 }
 
-/// Prints a result, with a final newline.
-fn print(text: &str) -> Result<()> {
-    let mut out = io::stdout().lock();
-    let end = if text.ends_with('\n') { "" } else { "\n" };
-    write!(out, "{text}{end}")
-        .and_then(|()| out.flush())
-        .context(Stdout)
-}
-
-/// Prints a result as one line of JSON.
-fn print_json(value: &impl serde::Serialize) -> Result<()> {
-    print(&serde_json::to_string(value)?)
+/// Replaces the text of a file that the caller named; behind a link, that of its target.
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    let target = path.canonicalize();
+    files::write_text(target.as_deref().unwrap_or(path), text)
+        .with_context(|| format!("{}: cannot write", path.display()))
 }
 
 /// Finds out before hours of work whether a file can be written at the end.
 fn require_writable(path: Option<&Path>) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    match tempfile::tempfile_in(folder.unwrap_or(Path::new("."))) {
+    if path.is_dir() {
+        let message = format!("{}: is a folder; name a file", path.display());
+        return Err(BadInput(message).into());
+    }
+    match files::try_out(path) {
         Ok(_) => Ok(()),
         Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
     }
 }
 
-/// A flag that Ctrl-C sets; the second Ctrl-C ends the program at once.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(crate::INTERRUPTED));
+/// The same for a folder, which is made if it is not there.
+fn require_writable_folder(path: &Path) -> Result<()> {
+    let made = std::fs::create_dir_all(path).and_then(|()| tempfile::tempfile_in(path));
+    match made {
+        Ok(_) => Ok(()),
+        Err(_) if path.is_file() => {
+            Err(BadInput(format!("{}: is a file; name a folder", path.display())).into())
         }
-        eprintln!("interrupted: ending after this episode (once more to end at once)");
-    })
-    .context("cannot listen for Ctrl-C")?;
-    Ok(stop)
+        Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
+    }
+}
+
+/// The command line, for the records; what is not Unicode is replaced.
+fn arguments() -> Vec<String> {
+    let arguments = std::env::args_os();
+    arguments
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect()
 }

@@ -1,7 +1,8 @@
 //! `eigentrail potential`
 
-use super::{BadInput, Ending, print, print_json, require_writable};
+use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, PotentialChoice};
+use crate::output::{print, print_json};
 use anyhow::{Context, Result};
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{StateId, matrix_market};
@@ -55,9 +56,9 @@ pub fn potential(args: &cli::Potential) -> Result<Ending> {
         seconds: found.seconds,
     };
     if args.json {
-        print_json(&line)?;
+        print_json(&line);
     } else {
-        print(&text(&line, &found.values))?;
+        print(&text(&line, &found.values));
     }
     Ok(Ending::Done)
 }

@@ -1,6 +1,6 @@
 //! How far along: a bar on a terminal, elsewhere a line every ten seconds.
 
-use eigentrail::telemetry::Telemetry;
+use eigentrail::telemetry::{Telemetry, say};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
@@ -23,13 +23,14 @@ impl Progress {
     pub fn new(telemetry: &Telemetry, shown: bool, what: &'static str, total: u64) -> Self {
         let terminal = stderr().is_terminal();
         let bar = (shown && terminal).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+            let bar = telemetry.bars.add(bar); // they know where to draw
             let template = "{wide_bar} {pos}/{len} {msg} {elapsed}";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
             }
             bar.set_message(what);
-            telemetry.bars.add(bar)
+            bar
         });
         Self {
             what,
@@ -48,13 +49,13 @@ impl Progress {
             bar.set_position(done);
         } else if self.lines && self.said.elapsed() >= LINE_EVERY {
             self.said = Instant::now();
-            eprintln!(
+            say(format!(
                 "{} of {} {}, {}",
                 self.done,
                 self.total,
                 self.what,
                 detail()
-            );
+            ));
         }
     }
 }

@@ -1,14 +1,16 @@
 //! `eigentrail report`
 
-use super::{BadInput, Ending, print};
+use super::{BadInput, Ending, require_writable, write_text};
 use crate::cli;
-use anyhow::{Context, Result, bail};
+use crate::output::print;
+use anyhow::{Result, bail};
 use eigentrail::error::Error;
 use eigentrail::report::{RecordedComparison, html_comparison, html_report, read_runs};
 use eigentrail::runner::is_comparison;
 use std::path::Path;
 
 pub fn report(args: &cli::Report) -> Result<Ending> {
+    require_writable(Some(&args.out))?;
     if let Some(comparison) = args.runs.iter().find(|path| is_comparison(path)) {
         if args.runs.len() > 1 {
             bail!(BadInput(format!(
@@ -16,35 +18,31 @@ pub fn report(args: &cli::Report) -> Result<Ending> {
                 comparison.display()
             )));
         }
-        write(&args.out, &comparison_page(comparison)?)?;
-        print(&format!("written to {}", args.out.display()))?;
+        write_text(&args.out, &comparison_page(comparison)?)?;
+        print(&format!("written to {}", args.out.display()));
         return Ok(Ending::Done);
     }
     let mut runs = Vec::new();
     for folder in &args.runs {
         runs.extend(read_runs(folder).map_err(Error::from)?);
     }
-    write(&args.out, &html_report(&runs))?;
-    print(&format!("written to {}", args.out.display()))?;
+    write_text(&args.out, &html_report(&runs))?;
+    print(&format!("written to {}", args.out.display()));
     Ok(Ending::Done)
 }
 
 /// Writes `report.html` into a run folder.
 pub fn write_into(folder: &Path) -> Result<()> {
     let runs = read_runs(folder).map_err(Error::from)?;
-    write(&folder.join("report.html"), &html_report(&runs))
+    write_text(&folder.join("report.html"), &html_report(&runs))
 }
 
 /// Writes `report.html` into the folder of a comparison.
 pub fn write_comparison_into(folder: &Path) -> Result<()> {
-    write(&folder.join("report.html"), &comparison_page(folder)?)
+    write_text(&folder.join("report.html"), &comparison_page(folder)?)
 }
 
 fn comparison_page(folder: &Path) -> Result<String> {
     let recorded = RecordedComparison::read(folder).map_err(Error::from)?;
     Ok(html_comparison(&recorded))
-}
-
-fn write(path: &Path, page: &str) -> Result<()> {
-    std::fs::write(path, page).with_context(|| format!("{}: cannot write", path.display()))
 }

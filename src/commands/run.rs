@@ -1,16 +1,18 @@
 //! `eigentrail run`
 
 use super::progress::Progress;
-use super::{BadInput, Ending, print, print_json, stop_on_interrupt};
+use super::{BadInput, Ending};
 use crate::cli;
+use crate::output::{print, print_json};
+use crate::signals;
 use anyhow::Result;
 use eigentrail::error::Error;
 use eigentrail::report::{RunLine, render_run};
 use eigentrail::runner::{self, Existing, Follower, Outlets, RunRequest, Watch};
 use eigentrail::scenario::Scenario;
 use eigentrail::serve::{Server, Title};
-use eigentrail::telemetry::Telemetry;
-use tracing::{info, warn};
+use eigentrail::telemetry::{Telemetry, say};
+use tracing::info;
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
     let loaded =
@@ -20,9 +22,9 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         seed: args.seed.unwrap_or(scenario.run.seed),
         out: args.out.clone(),
         existing: existing(args),
-        arguments: std::env::args().collect(),
+        arguments: super::arguments(),
     };
-    let stop = stop_on_interrupt()?;
+    let stop = signals::stop_flag();
     let server = serve(args, scenario, &request)?;
     let mut progress = Progress::new(telemetry, bars, "episodes", scenario.run.episodes as u64);
     let mut watch = Watch {
@@ -47,7 +49,7 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         );
     }
     if !args.no_report {
-        super::report::write_into(&report.folder)?;
+        super::report::write_into(report.folder.path())?;
     }
     let outcome = &report.outcome;
     if args.json {
@@ -55,15 +57,15 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
             &scenario.name,
             &outcome.result,
             &outcome.timing,
-        ))?;
+        ));
     } else {
         print(&render_run(
             &scenario.name,
             &outcome.result,
             &outcome.timing,
             &outcome.steps_per_episode,
-            &report.folder,
-        ))?;
+            report.folder.path(),
+        ));
     }
     Ok(if outcome.result.finished {
         Ending::Done
@@ -88,9 +90,12 @@ fn serve(args: &cli::Run, scenario: &Scenario, request: &RunRequest) -> Result<O
     })?;
     let address = server.address();
     if !address.ip().is_loopback() {
-        warn!(%address, "the live page can be read by whoever reaches this address");
+        // Not a line of the log: whoever is quiet must know it, too.
+        say(format!(
+            "warning: the live page can be read by whoever reaches {address}"
+        ));
     }
-    eprintln!("live at http://{address}/ until the run ends");
+    say(format!("live at http://{address}/ until the run ends"));
     Ok(Some(server))
 }
 

@@ -1,7 +1,8 @@
 //! `eigentrail show`
 
-use super::{BadInput, Ending, print, stdout_ink};
+use super::{BadInput, Ending, stdout_ink};
 use crate::cli;
+use crate::output::{print, print_drawn};
 use anyhow::{Result, bail};
 use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
@@ -41,6 +42,7 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
                 text = draw_map(map.layout(), look) + &facts(&world) + &moved;
             }
             text.extend(fitting_note(map.layout(), look).map(|note| note + "\n"));
+            print_drawn(&text);
         }
         World::Listed(_, names) => {
             if let Some(run) = &args.potential {
@@ -52,9 +54,9 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
             if text.is_empty() {
                 text = format!("states: {}\n{}", names.join(", "), facts(&world));
             }
+            print(&text);
         }
     }
-    print(&text)?;
     Ok(Ending::Done)
 }
 

@@ -1,17 +1,26 @@
 //! `eigentrail track`
 
 use super::progress::Progress;
-use super::{BadInput, Ending, print, print_json, require_writable};
+use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, MethodChoice};
-use anyhow::Result;
+use crate::output::{print, print_json};
+use crate::signals;
+use anyhow::{Context, Result};
 use comfy_table::{Table, presets};
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
-use eigentrail::runner::write_matrix;
-use eigentrail::spectral::{self, Method, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum};
+use eigentrail::runner::{require_spectrum_memory, write_matrix};
+use eigentrail::spectral::{
+    self, Eigenpairs, Method, SpectralError, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum,
+};
 use eigentrail::telemetry::Telemetry;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::mpsc;
 use tracing::{debug, warn};
+
+/// As the main thread has it.
+const STACK: usize = 8 << 20;
 
 pub fn track(
     args: &cli::Track,
@@ -22,6 +31,8 @@ pub fn track(
     require_writable(args.vectors.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
+    require_spectrum_memory(adjacency.num_nodes(), args.k, method(args.method))
+        .map_err(Error::from)?;
     let params = TrackParams {
         k: args.k,
         growth: args.growth,
@@ -33,17 +44,17 @@ pub fn track(
         certify: args.certify,
         ..TrackParams::default()
     };
-    let tracked = follow(args, &adjacency, &params, telemetry, bars)?;
-    if let Some(path) = &args.vectors {
-        write_matrix(path, tracked.eigenpairs.vectors.as_ref()).map_err(Error::from)?;
+    let (report, eigenpairs) = follow(args, adjacency, params, telemetry, bars)?;
+    if let (Some(path), Some(pairs)) = (&args.vectors, &eigenpairs) {
+        write_matrix(path, pairs.vectors.as_ref()).map_err(Error::from)?;
     }
     if args.json {
-        print_json(&tracked.report)?;
+        print_json(&report);
     } else {
-        print(&table(&tracked.report))?;
+        print(&table(&report));
     }
-    warn_of_rounding(args.tol, &tracked.report.updates);
-    Ok(ending(args, &tracked.report.updates))
+    warn_of_rounding(args.tol, &report.updates);
+    Ok(ending(args, &report))
 }
 
 /// Says where rounding stood in for the tolerance asked for.
@@ -64,37 +75,86 @@ fn warn_of_rounding(tol: f64, updates: &[TrackUpdate]) {
 }
 
 /// Under `--strict` every update must have come within the tolerance, and under `--certify` with a proof.
-fn ending(args: &cli::Track, updates: &[TrackUpdate]) -> Ending {
+fn ending(args: &cli::Track, report: &TrackReport) -> Ending {
     let sound = |u: &TrackUpdate| {
         u.converged && u.max_relative_residual <= args.tol && (!args.certify || u.certified)
     };
-    if args.strict && !updates.iter().all(sound) {
+    if report.interrupted {
+        Ending::Interrupted
+    } else if args.strict && !report.updates.iter().all(sound) {
         Ending::NotConverged
     } else {
         Ending::Done
     }
 }
 
+/// What the main thread waits for.
+enum Message {
+    Update(TrackUpdate),
+    /// The end, or a panic.
+    Done(std::thread::Result<Result<TrackedSpectrum, SpectralError>>),
+    Stop,
+}
+
+/// Follows the graph on a thread of its own: a signal need not wait for the update under way. Without eigenpairs then.
 fn follow(
     args: &cli::Track,
-    adjacency: &SymmetricCsr,
-    params: &TrackParams,
+    adjacency: SymmetricCsr,
+    params: TrackParams,
     telemetry: &Telemetry,
     bars: bool,
-) -> Result<TrackedSpectrum> {
+) -> Result<(TrackReport, Option<Eigenpairs>)> {
     let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
-    let tracked = spectral::track(adjacency, params, |update| {
-        let (nodes, route) = (update.nodes, update.route);
-        let reason = route.reason();
-        debug!(name: "spectrum_refresh", nodes, ?route, reason, elapsed_ms = update.seconds * 1e3, "spectrum_refresh");
-        progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
-    });
-    tracked.map_err(|error| match Error::from(error) {
+    let mut report = TrackReport {
+        n: adjacency.num_nodes(),
+        nnz: adjacency.nnz(),
+        k: params.k,
+        method: params.method,
+        threads: params.threads,
+        updates: Vec::new(),
+        total_seconds: 0.0,
+        eigenvalues: Vec::new(),
+        interrupted: true,
+    };
+    let (send, receive) = mpsc::channel();
+    let stop = send.clone();
+    // Nobody receives any more once the end is there.
+    signals::on_first(move || drop(stop.send(Message::Stop)));
+    let work = move || {
+        let tell = |update: &TrackUpdate| drop(send.send(Message::Update(update.clone())));
+        let follow = AssertUnwindSafe(|| spectral::track(&adjacency, &params, tell));
+        drop(send.send(Message::Done(catch_unwind(follow))));
+    };
+    let thread = std::thread::Builder::new().stack_size(STACK);
+    thread.spawn(work).context("cannot start a thread")?;
+    loop {
+        match receive.recv()? {
+            Message::Update(update) => {
+                let (nodes, route) = (update.nodes, update.route);
+                let reason = route.reason();
+                debug!(name: "spectrum_refresh", nodes, ?route, reason, elapsed_ms = update.seconds * 1e3, "spectrum_refresh");
+                progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
+                report.total_seconds += update.seconds;
+                report.updates.push(update);
+            }
+            Message::Done(Ok(Ok(tracked))) => {
+                return Ok((tracked.report, Some(tracked.eigenpairs)));
+            }
+            Message::Done(Ok(Err(error))) => return Err(told(args, error)),
+            Message::Done(Err(panic)) => resume_unwind(panic),
+            Message::Stop => return Ok((report, None)),
+        }
+    }
+}
+
+/// With the file to blame, if it is to blame.
+fn told(args: &cli::Track, error: SpectralError) -> anyhow::Error {
+    match Error::from(error) {
         error if error.kind() == ErrorKind::BadInput => {
             BadInput(format!("{}: {error}", args.graph.display())).into()
         }
         error => error.into(),
-    })
+    }
 }
 
 fn method(choice: MethodChoice) -> Method {
@@ -134,13 +194,17 @@ fn table(report: &TrackReport) -> String {
         .iter()
         .map(|v| format!("{v:.6e}"))
         .collect();
-    format!(
-        "{}\n{} updates in {:.3} s\neigenvalues {}",
-        table.trim_fmt(),
-        updates.len(),
-        report.total_seconds,
-        values.join(" ")
-    )
+    let (table, count) = (table.trim_fmt(), updates.len());
+    let seconds = report.total_seconds;
+    if report.interrupted {
+        let (reached, n) = (updates.last().map_or(0, |u| u.nodes), report.n);
+        let (reached, n) = (grouped(reached as u64), grouped(n as u64));
+        return format!(
+            "{table}\n{count} updates in {seconds:.3} s, interrupted at {reached} of {n} nodes"
+        );
+    }
+    let values = values.join(" ");
+    format!("{table}\n{count} updates in {seconds:.3} s\neigenvalues {values}")
 }
 
 fn row(update: &TrackUpdate) -> [String; 8] {
@@ -187,7 +251,18 @@ mod tests {
             tolerance_floor: None,
             repaired: 0,
         };
-        ending(&args, &[update])
+        let report = TrackReport {
+            n: 1,
+            nnz: 0,
+            k: 1,
+            method: Method::Warm,
+            threads: 1,
+            updates: vec![update],
+            total_seconds: 0.0,
+            eigenvalues: vec![0.0],
+            interrupted: false,
+        };
+        ending(&args, &report)
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub use schedule::ScheduleParams;
 use crate::agent::{Agent, Experience, Situation};
 use crate::env::{Environment, StepStatus};
 use crate::graph::StateId;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::{debug, info, warn};
 
 /// One environment, one pipeline, one agent.
@@ -70,13 +71,27 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     /// whose TD errors were no numbers any more.
     pub fn run_episode(
         &mut self,
-        mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
+        on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<EpisodeRecord, PipelineError> {
+        let never = AtomicBool::new(false);
+        let record = self.run_episode_unless(&never, on_refresh)?;
+        Ok(record.expect("nobody stops it"))
+    }
+
+    /// As [`run_episode`](Self::run_episode), but given up before the first step at which `stop` is set: none then.
+    ///
+    /// # Errors
+    /// As [`run_episode`](Self::run_episode).
+    pub fn run_episode_unless(
+        &mut self,
+        stop: &AtomicBool,
+        mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
+    ) -> Result<Option<EpisodeRecord>, PipelineError> {
         let start = self.env.reset();
         let mut state = self.pipeline.begin_episode(&start);
         self.tell_distance(state);
         let mut record = self.begin_record();
-        loop {
+        while !stop.load(Ordering::Relaxed) {
             let action = self.agent.select_action(Situation {
                 state,
                 advice: self.pipeline.advice(),
@@ -119,9 +134,10 @@ impl<E: Environment, A: Agent> Engine<E, A> {
                 if !record.td_squares.is_finite() {
                     return Err(PipelineError::Diverged { step: self.step });
                 }
-                return Ok(self.end_record(record, step.status));
+                return Ok(Some(self.end_record(record, step.status)));
             }
         }
+        Ok(None)
     }
 
     /// Environment steps taken so far.

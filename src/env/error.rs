@@ -157,6 +157,36 @@ pub enum EnvError {
         /// Its value.
         reward: f64,
     },
+    /// A goal's own reward, where the file says itself what a step into the goal pays.
+    #[error(
+        "reward = {reward} of the goal {name:?} means nothing here: {file} says itself what entering it by action {action:?} \
+         from {from:?} pays; leave its column reward empty on lines into the goal, or leave the number out"
+    )]
+    GoalRewardUnused {
+        /// The file.
+        file: String,
+        /// The goal's place in the list of goals, from 0.
+        goal: usize,
+        /// Its state.
+        name: String,
+        /// Its reward.
+        reward: f64,
+        /// State that is left on the line with a reward.
+        from: String,
+        /// Action on that line.
+        action: String,
+    },
+    /// Numbers for lines that say no reward, where all lines do.
+    #[error(
+        "{what} means nothing here: {file} says itself what each of these steps pays; leave its column reward empty \
+         where the number is to hold, or leave the number out"
+    )]
+    RewardUnused {
+        /// The file.
+        file: String,
+        /// Which number.
+        what: String,
+    },
     /// An episode without steps.
     #[error("max_steps = 0: an episode needs at least one step")]
     NoSteps,
@@ -312,6 +342,14 @@ pub enum EdgeListProblem {
     /// More than 65535 different actions.
     #[error("more than 65535 different actions")]
     TooManyActions,
+    /// A quote that does not open or close its field.
+    #[error("column {column}: {rule}")]
+    Quote {
+        /// Where in the line, from 1 and in characters.
+        column: usize,
+        /// The rule.
+        rule: &'static str,
+    },
     /// Not CSV.
     #[error("{message}")]
     Malformed {

@@ -26,7 +26,7 @@ pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
 pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
-pub use tabular::{MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
+pub use tabular::{Caution, MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 pub struct GcnParams {
     /// What the network sees of a state: `pvf`, `deepwalk`, `random` or `constant`.
     pub features: FeatureSource,
-    /// Hidden units, at least 1 (report: 16).
+    /// Hidden units, 1 to 65 536 (report: 16).
     pub hidden_dim: usize,
     /// Adam's step size, above 0 (report: 0.01).
     pub learning_rate: f64,
-    /// Epochs of a fit; 0 leaves the weights as they are (report: 40).
+    /// Epochs of a fit, at most 1 000 000; 0 leaves the weights as they are (report: 40).
     pub epochs: usize,
     /// λ ≥ 0 of the smoothness loss (λ / |E|) φᵀLφ. Without it two labels leave every other node free.
     pub smoothness: f64,
@@ -36,6 +36,9 @@ impl Default for GcnParams {
 /// More hidden units than this are a slip of the pen.
 const MAX_HIDDEN: usize = 65_536;
 
+/// More epochs than this would take for ever.
+const MAX_EPOCHS: usize = 1_000_000;
+
 impl GcnParams {
     /// Checks every key.
     ///
@@ -53,6 +56,12 @@ impl GcnParams {
             "hidden_dim",
             "at most 65536",
             self.hidden_dim as f64,
+        )?;
+        rule(
+            self.epochs <= MAX_EPOCHS,
+            "epochs",
+            "at most 1000000",
+            self.epochs as f64,
         )?;
         rule(
             self.learning_rate > 0.0 && self.learning_rate.is_finite(),
@@ -107,6 +116,13 @@ mod tests {
                 ..default()
             }),
             "gcn.hidden_dim must be at most 65536, it is 65537"
+        );
+        assert_eq!(
+            message(GcnParams {
+                epochs: 1_000_001,
+                ..default()
+            }),
+            "gcn.epochs must be at most 1000000, it is 1000001"
         );
         for learning_rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(

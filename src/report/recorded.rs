@@ -58,9 +58,13 @@ pub struct PhaseSeconds {
     pub episodes: f64,
 }
 
-/// A row of `episodes.csv`, as far as it is shown.
+/// A row of `episodes.csv`, as far as it is shown. On a live page it may stand for several episodes in a row: sums of what
+/// is added up, and the rest as it was at the end of the last one.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct EpisodeRow {
+    /// How many episodes it stands for; 1 in files.
+    #[serde(skip, default = "one")]
+    pub episodes: usize,
     /// Environment steps up to its end.
     pub step: u64,
     /// Its steps.
@@ -78,6 +82,10 @@ pub struct EpisodeRow {
     pub nodes: usize,
     /// Undirected edges known.
     pub edges: usize,
+}
+
+fn one() -> usize {
+    1
 }
 
 /// A row of `refreshes.csv`, as far as it is shown.
@@ -139,8 +147,7 @@ impl RecordedRun {
     pub fn read(folder: &Path) -> Result<Self, RunnerError> {
         let path = folder.join("resolved.toml");
         let resolved = fs::read_to_string(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-        let scenario: Scenario =
-            toml::from_str(&resolved).map_err(|e| damaged(&path, e.message()))?;
+        let scenario = resolved_scenario(&resolved).map_err(|rule| damaged(&path, &rule))?;
         let path = folder.join("summary.json");
         let summary: Summary = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
         let seeds: Vec<_> = summary
@@ -167,6 +174,11 @@ impl RecordedRun {
 }
 
 impl RecordedSeed {
+    /// How many episodes its rows stand for.
+    pub fn num_episodes(&self) -> usize {
+        self.episodes.iter().map(|row| row.episodes).sum()
+    }
+
     fn read(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
         Ok(Self {
             episodes: table(folder, "episodes.csv")?,
@@ -195,6 +207,15 @@ impl RecordedSeed {
             graph: table(folder, "graph.csv")?,
             ..Self::default()
         })
+    }
+}
+
+/// The scenario of a run as it was written down, which somebody may have changed since.
+pub(super) fn resolved_scenario(text: &str) -> Result<Scenario, String> {
+    let scenario: Scenario = toml::from_str(text).map_err(|error| error.message().to_owned())?;
+    match scenario.validate_sections() {
+        Ok(()) => Ok(scenario),
+        Err(rule) => Err(rule.message),
     }
 }
 

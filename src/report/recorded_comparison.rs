@@ -1,7 +1,7 @@
 //! A comparison's folder read back.
 
 use super::comparison::Comparison;
-use super::recorded::{RecordedSeed, damaged};
+use super::recorded::{RecordedSeed, damaged, resolved_scenario};
 use crate::runner::files::read_json;
 use crate::runner::{Compared, RunnerError, Trial, seed_folder_name};
 use crate::scenario::Scenario;
@@ -45,6 +45,7 @@ impl RecordedComparison {
             return Err(damaged(folder, "this comparison has not ended yet"));
         }
         let numbers: Comparison = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+        whole(&numbers).map_err(|rule| damaged(&path, &rule))?;
         let path = folder.join("arms.json");
         let about = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
         let arms = (numbers.arms.iter())
@@ -58,15 +59,33 @@ impl RecordedComparison {
     }
 }
 
+/// A comparison has seeds and arms, and the clock's numbers of each arm.
+fn whole(numbers: &Comparison) -> Result<(), String> {
+    if numbers.seeds.is_empty() {
+        return Err("`seeds` is empty".to_owned());
+    }
+    if numbers.arms.is_empty() {
+        return Err("`arms` is empty".to_owned());
+    }
+    let arms = numbers.arms.iter().map(|arm| &arm.name);
+    let timed = numbers.timing.iter().map(|arm| &arm.name);
+    if arms.eq(timed) {
+        return Ok(());
+    }
+    Err("`timing` does not have the arms of `arms` in their order".to_owned())
+}
+
 impl RecordedArm {
     fn read(arms: &Path, name: &str, seeds: &[u64]) -> Result<Self, RunnerError> {
         let folder = arms.join(name);
         let path = folder.join("resolved.toml");
         let resolved = fs::read_to_string(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-        let scenario = toml::from_str(&resolved).map_err(|e| damaged(&path, e.message()))?;
+        let scenario = resolved_scenario(&resolved).map_err(|rule| damaged(&path, &rule))?;
         let trial = |&seed: &u64| {
             let path = folder.join(seed_folder_name(seed) + ".json");
-            read_json(&path).map_err(|e| damaged(&path, &e.to_string()))
+            let trial: Trial = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+            trial.check().map_err(|rule| damaged(&path, &rule))?;
+            Ok(trial)
         };
         let trials = seeds.iter().map(trial).collect::<Result<_, _>>()?;
         let first = seeds

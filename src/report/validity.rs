@@ -33,7 +33,7 @@ pub struct Check {
 pub fn validity(scenario: &Scenario, seed: &RecordedSeed) -> Vec<Check> {
     let mut checks = vec![discounts_agree(scenario), telescopes(scenario, seed)];
     // After a move of the goals it is the last ones that value and policy are for.
-    let episodes = match seed.episodes.len() {
+    let episodes = match seed.num_episodes() {
         0 => scenario.run.episodes, // not on record, but comparisons run them all
         known => known,
     };
@@ -92,7 +92,8 @@ fn telescopes(scenario: &Scenario, seed: &RecordedSeed) -> Check {
     let fits = seed.refreshes.iter().filter(|row| row.fitted);
     let last_fit = fits.map(|row| row.step).max().unwrap_or(0);
     let shapings = (seed.episodes.iter())
-        .filter(|row| row.status == "terminated" && row.step.saturating_sub(row.length) >= last_fit)
+        .filter(|row| row.episodes == 1 && row.status == "terminated")
+        .filter(|row| row.step.saturating_sub(row.length) >= last_fit)
         .map(|row| row.shaped_return - row.plain_return);
     let (mut low, mut high, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
     for shaping in shapings {

@@ -7,38 +7,45 @@
 use rayon::ThreadPoolBuilder;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::Builder;
 
 /// Does `work` on every job, as many at a time as rayon has threads; results in the order of the jobs. After the first
 /// failure no further job is begun, and of the failures there are the one that comes first in the list is returned.
+/// Where the system refuses threads, those that there are do all of it.
 ///
 /// # Errors
 /// What a job failed with.
 ///
 /// # Panics
-/// If a job panics, or a thread cannot be started.
+/// If a job panics.
 pub fn do_all<J: Sync, T: Send, E: Send>(
     jobs: &[J],
     work: impl Fn(&J) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
     let next = AtomicUsize::new(0);
     let slots: Vec<Mutex<Option<Result<T, E>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-    let worker = || {
-        let pool = ThreadPoolBuilder::new().num_threads(1).build();
-        pool.expect("a thread can be started").install(|| {
-            loop {
-                let i = next.fetch_add(1, Ordering::Relaxed);
-                let Some(job) = jobs.get(i) else { break };
-                let done = work(job);
-                if done.is_err() {
-                    next.store(jobs.len(), Ordering::Relaxed);
-                }
-                *slots[i].lock().expect("only this worker has this slot") = Some(done);
+    let begin_and_end = || {
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some(job) = jobs.get(i) else { break };
+            let done = work(job);
+            if done.is_err() {
+                next.store(jobs.len(), Ordering::Relaxed);
             }
-        });
+            *slots[i].lock().expect("only this worker has this slot") = Some(done);
+        }
+    };
+    let worker = || match ThreadPoolBuilder::new().num_threads(1).build() {
+        Ok(pool) => pool.install(begin_and_end),
+        Err(_) => begin_and_end(),
     };
     std::thread::scope(|scope| {
-        for _ in 0..rayon::current_num_threads().min(jobs.len()) {
-            scope.spawn(worker);
+        let wanted = rayon::current_num_threads().min(jobs.len());
+        let started = (0..wanted)
+            .take_while(|_| Builder::new().spawn_scoped(scope, worker).is_ok())
+            .count();
+        if started == 0 {
+            begin_and_end();
         }
     });
     slots

@@ -18,7 +18,7 @@ pub enum RunnerError {
     },
     /// What is to be resumed or replaced is no run, so touching it might destroy something else.
     #[error(
-        "{path}: not a run folder (it has no {marker}), so it is left alone; name another with --out",
+        "{path}: not a run folder (it has no {marker} of this program), so it is left alone; name another with --out",
         path = path.display()
     )]
     NotARunFolder {
@@ -26,6 +26,15 @@ pub enum RunnerError {
         path: PathBuf,
         /// The file that it would have.
         marker: &'static str,
+    },
+    /// Another program writes there at this moment.
+    #[error(
+        "{path}: another run is writing to this folder; wait for its end (then --resume goes on in it), or name another with --out",
+        path = path.display()
+    )]
+    FolderInUse {
+        /// The folder.
+        path: PathBuf,
     },
     /// An arm that is neither built in nor defined by the scenario.
     #[error("--arms: there is no arm `{name}`{right}")]
@@ -62,6 +71,22 @@ pub enum RunnerError {
         /// What is wrong with it.
         message: String,
     },
+    /// It cannot fit.
+    #[error(
+        "{what} would take about {} of memory, and this machine has {}: {advice}",
+        gigabytes(*needed),
+        gigabytes(*there_is)
+    )]
+    TooMuchMemory {
+        /// What is asked for.
+        what: String,
+        /// How many bytes it would take, roughly.
+        needed: u64,
+        /// How many bytes there are.
+        there_is: u64,
+        /// What to ask for instead.
+        advice: &'static str,
+    },
     /// Writing failed during the run.
     #[error("{path}: cannot write: {source}", path = path.display())]
     Write {
@@ -70,6 +95,11 @@ pub enum RunnerError {
         /// What the operating system said.
         source: std::io::Error,
     },
+}
+
+/// To a tenth.
+fn gigabytes(bytes: u64) -> String {
+    format!("{:.1} GB", bytes as f64 / 1e9)
 }
 
 impl RunnerError {

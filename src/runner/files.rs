@@ -3,49 +3,61 @@
 //! A whole file is written beside its place and renamed onto it. A file that grows is handed to the operating system in
 //! whole lines or records, and cut back to the last whole one if that fails.
 
+pub use super::temporary::{TemporaryFolder, remove_temporaries};
+
+use super::temporary::Temporary;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use tempfile::NamedTempFile;
 
-/// Replaces `path` by what `fill` writes, or leaves it as it was.
+/// Replaces `path` by what `fill` writes, or leaves it as it was. What is there and no plain file, such as a pipe or
+/// `/dev/stdout`, is written to as it is.
 pub fn write_atomically(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> io::Result<()>,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut file = temporary_file(folder)?;
-    let mut writer = BufWriter::new(&mut file);
-    fill(&mut writer)?;
-    writer.flush()?;
-    drop(writer);
-    file.as_file().sync_data()?;
-    file.persist(path)?;
-    Ok(())
+    if is_special(path) {
+        return write_through(&mut File::create(path)?, fill);
+    }
+    let mut file = Temporary::create(folder_of(path))?;
+    write_through(file.file(), fill)?;
+    file.file().sync_data()?;
+    file.persist(path)
 }
 
-/// A temporary file with the permissions that `File::create` gives; by default only its owner could read it.
-fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // the umask still applies
+fn write_through(
+    file: &mut File,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer)?;
+    writer.flush()
+}
+
+/// Finds out whether [`write_atomically`] may succeed at `path`.
+///
+/// # Errors
+/// Why it will not.
+pub fn try_out(path: &Path) -> io::Result<()> {
+    match is_special(path) {
+        true => Ok(()),
+        false => tempfile::tempfile_in(folder_of(path)).map(drop),
     }
-    // tempfile adds " at path" and a name that says nothing to whoever named another file.
-    builder.tempfile_in(folder).map_err(|error| {
-        let text = error.to_string();
-        let cause = text
-            .rsplit_once(" at path ")
-            .map_or(&*text, |(cause, _)| cause);
-        io::Error::new(error.kind(), cause)
-    })
+}
+
+/// Whether something is there that cannot be replaced by a file.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// Writes a text as it is.

@@ -7,14 +7,22 @@
 //!   resolved.toml   the same with every default and every --set
 //!   summary.json    the results; all clock readings stand in its object `timing`
 //!   report.html     all of it to look at
+//!   .eigentrail.lock   while a program writes there
 //!   seed-0000/      episodes.csv refreshes.csv timings.csv events.jsonl potential.npy eigenvectors.npy
 //!                   states.csv graph.csv policy.csv snapshots.json events.out.tfevents.0.eigentrail
 //! ```
 
+use super::belongings::{Extent, clear};
 use super::error::RunnerError;
+use super::files::read_json;
+use super::lock::{FolderLock, LOCK_FILE};
+use super::temporary::is_temporary;
+use crate::scenario::Loaded;
+use serde_json::Value;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What to do with a folder that exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,7 +32,7 @@ pub enum Existing {
     Refuse,
     /// Go on in it.
     Resume,
-    /// Replace it.
+    /// Replace what a run has written there.
     Replace,
 }
 
@@ -58,13 +66,21 @@ impl FolderKind {
     fn is_at(self, path: &Path) -> bool {
         path.join(self.marker()).is_file()
     }
+
+    /// Whether it was written by this program: others have files of such names, too.
+    fn is_ours_at(self, path: &Path) -> bool {
+        let about: io::Result<Value> = read_json(&path.join(self.marker()));
+        let program = about.as_ref().ok().and_then(|v| v["program"].as_str());
+        program.is_some_and(|name| name.starts_with("eigentrail "))
+    }
 }
 
-/// An existing, writable run folder.
+/// An existing, writable folder of a run, with the right to write to it.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
     resumed: bool,
+    _lock: Arc<FolderLock>,
 }
 
 impl RunFolder {
@@ -72,9 +88,13 @@ impl RunFolder {
     /// there is nothing to resume or to replace, a new run begins.
     ///
     /// # Errors
-    /// If it exists and may not be used, or cannot be written to.
-    pub fn open(out: Option<&Path>, name: &str, existing: Existing) -> Result<Self, RunnerError> {
-        Self::open_kind(FolderKind::Run, out, name, existing)
+    /// If it exists and may not be used, if somebody else writes to it, or if it cannot be written to.
+    pub fn open(
+        out: Option<&Path>,
+        loaded: &Loaded,
+        existing: Existing,
+    ) -> Result<Self, RunnerError> {
+        Self::open_kind(FolderKind::Run, out, loaded, existing)
     }
 
     /// The same for a folder of any kind.
@@ -84,38 +104,33 @@ impl RunFolder {
     pub fn open_kind(
         kind: FolderKind,
         out: Option<&Path>,
-        name: &str,
+        loaded: &Loaded,
         existing: Existing,
     ) -> Result<Self, RunnerError> {
-        let all = Path::new("runs").join(name);
-        let path = match out {
-            Some(path) => path.to_owned(),
-            None => match existing {
-                Existing::Resume => newest(kind, &all),
-                _ => None,
-            }
-            .unwrap_or_else(|| unused(&all, &(time_stamp() + kind.suffix()))),
+        let all = Path::new("runs").join(&loaded.scenario.name);
+        let earlier = || match existing {
+            Existing::Resume => newest(kind, &all),
+            _ => None,
         };
-        match existing {
-            Existing::Refuse if path.symlink_metadata().is_ok() => {
-                return Err(RunnerError::OutputExists { path });
-            }
-            Existing::Refuse => {}
-            _ if kind.is_at(&path) || is_free(&path) => {}
-            _ => {
-                let marker = kind.marker();
-                return Err(RunnerError::NotARunFolder { path, marker });
-            }
-        }
-        if existing == Existing::Replace && kind.is_at(&path) {
-            remove(&path)?;
-        }
-        let resumed = kind.is_at(&path);
-        try_out(&path).map_err(|source| RunnerError::OutputNotWritable {
-            path: path.clone(),
-            source,
-        })?;
-        Ok(Self { path, resumed })
+        let path = match out.map(Path::to_owned).or_else(earlier) {
+            Some(path) if existing == Existing::Refuse => create(path)?,
+            Some(path) => adopt(kind, path, &loaded.text)?,
+            None => create_unused(&all, &(time_stamp() + kind.suffix()))?,
+        };
+        let lock = FolderLock::take(&path).map_err(not_writable(&path))?;
+        let Some(lock) = lock else {
+            return Err(RunnerError::FolderInUse { path });
+        };
+        let extent = match existing {
+            Existing::Replace if kind.is_ours_at(&path) => Extent::Everything,
+            _ => Extent::Leftovers,
+        };
+        clear(&path, kind, extent).map_err(not_writable(&path))?;
+        Ok(Self {
+            resumed: existing == Existing::Resume && kind.is_at(&path),
+            path,
+            _lock: Arc::new(lock),
+        })
     }
 
     /// The folder itself.
@@ -161,15 +176,72 @@ fn time_stamp() -> String {
         .to_string()
 }
 
-/// `parent/stamp`, or with `-2`, `-3` … behind it while that exists: two runs may begin in one second.
-fn unused(parent: &Path, stamp: &str) -> PathBuf {
-    let mut path = parent.join(stamp);
-    let mut number = 2;
-    while path.exists() {
-        path = parent.join(format!("{stamp}-{number}"));
-        number += 1;
+fn not_writable(path: &Path) -> impl Fn(io::Error) -> RunnerError {
+    move |source| RunnerError::OutputNotWritable {
+        path: path.to_owned(),
+        source,
     }
-    path
+}
+
+/// Makes a folder that was not there, whoever else tries the same.
+fn create(path: PathBuf) -> Result<PathBuf, RunnerError> {
+    let path: PathBuf = path.components().collect(); // `new/.` cannot be made, `new` can
+    if path.symlink_metadata().is_ok() {
+        return Err(RunnerError::OutputExists { path });
+    }
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent).map_err(not_writable(&path))?;
+    }
+    match fs::create_dir(&path) {
+        Ok(()) => Ok(path),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            Err(RunnerError::OutputExists { path })
+        }
+        Err(error) => Err(not_writable(&path)(error)),
+    }
+}
+
+/// Makes `parent/stamp`, or with `-2`, `-3` … behind it while that exists: two runs may begin in one second.
+fn create_unused(parent: &Path, stamp: &str) -> Result<PathBuf, RunnerError> {
+    let numbered = (2..).map(|number| format!("{stamp}-{number}"));
+    for name in [stamp.to_owned()].into_iter().chain(numbered) {
+        match create(parent.join(name)) {
+            Err(RunnerError::OutputExists { .. }) => {}
+            made => return made,
+        }
+    }
+    unreachable!("there is always another number")
+}
+
+/// The folder, made if it is not there; a run of ours may go on in it or begin anew.
+fn adopt(kind: FolderKind, path: PathBuf, text: &str) -> Result<PathBuf, RunnerError> {
+    let is_new = path.symlink_metadata().is_err();
+    if !is_new && !kind.is_ours_at(&path) && !holds_only_a_start(&path, text) {
+        let marker = kind.marker();
+        return Err(RunnerError::NotARunFolder { path, marker });
+    }
+    fs::create_dir_all(&path).map_err(not_writable(&path))?;
+    Ok(path)
+}
+
+/// Whether it is a folder with nothing in it but what a run writes before it is known as one: it was killed just then.
+/// A lone scenario counts if it is the present one, whose `text` will be written there again; else it is somebody's own.
+fn holds_only_a_start(path: &Path, text: &str) -> bool {
+    let Ok(entries) = fs::read_dir(path) else {
+        return false;
+    };
+    let is_ours = |name: &str| match name {
+        LOCK_FILE => true,
+        "resolved.toml" => path.join("scenario.toml").is_file(),
+        "scenario.toml" => {
+            path.join("resolved.toml").is_file()
+                || fs::read(path.join(name)).is_ok_and(|there| there == text.as_bytes())
+        }
+        _ => is_temporary(name),
+    };
+    entries
+        .flatten()
+        .all(|entry| entry.file_name().to_str().is_some_and(is_ours))
 }
 
 /// What was begun last below `all`: names sort by time.
@@ -181,33 +253,16 @@ fn newest(kind: FolderKind, all: &Path) -> Option<PathBuf> {
         .max()
 }
 
-/// Nothing there, or an empty folder.
-fn is_free(path: &Path) -> bool {
-    match fs::read_dir(path) {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(_) => path.symlink_metadata().is_err(),
-    }
-}
-
-fn remove(path: &Path) -> Result<(), RunnerError> {
-    fs::remove_dir_all(path).map_err(|source| RunnerError::OutputNotWritable {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Creates the folder and, for a moment, a file in it.
-fn try_out(path: &Path) -> io::Result<()> {
-    fs::create_dir_all(path)?;
-    tempfile::tempfile_in(path).map(drop)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Scenario;
+
+    const TEXT: &str = "name = \"x\"\n";
 
     fn open(path: &Path, existing: Existing) -> Result<RunFolder, RunnerError> {
-        RunFolder::open(Some(path), "x", existing)
+        let loaded = Scenario::parse(Path::new("x.toml"), TEXT.to_owned(), &[]);
+        RunFolder::open(Some(path), &loaded.unwrap(), existing)
     }
 
     #[test]
@@ -215,40 +270,102 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         assert!(!open(&path, Existing::Resume).unwrap().is_resumed());
-        fs::write(path.join("run.json"), "{}").unwrap();
+        fs::write(path.join("run.json"), r#"{"program": "eigentrail 0.1.0"}"#).unwrap();
         assert!(matches!(
             open(&path, Existing::Refuse),
             Err(RunnerError::OutputExists { .. })
         ));
         assert!(open(&path, Existing::Resume).unwrap().is_resumed());
+        fs::write(path.join("summary.json"), "{}").unwrap();
         assert!(!open(&path, Existing::Replace).unwrap().is_resumed());
-        assert!(!is_run(&path));
+        assert!(!path.join("summary.json").exists());
     }
 
     #[test]
     fn force_spares_what_is_no_run() {
+        let theirs = [
+            ("thesis.tex", "years of work"),
+            ("run.json", "{}"),
+            ("run.json", r#"{"program": "another"}"#),
+            ("scenario.toml", "name = \"another\"\n"),
+            ("resolved.toml", TEXT),
+        ];
+        for (name, text) in theirs {
+            for existing in [Existing::Replace, Existing::Resume] {
+                let folder = tempfile::tempdir().unwrap();
+                fs::write(folder.path().join(name), text).unwrap();
+                assert!(matches!(
+                    open(folder.path(), existing),
+                    Err(RunnerError::NotARunFolder { .. })
+                ));
+                let left = fs::read_to_string(folder.path().join(name));
+                assert_eq!(left.unwrap(), text);
+                assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_kill_left_at_the_start_is_no_obstacle() {
+        let starts: [&[&str]; 5] = [
+            &[],
+            &[LOCK_FILE],
+            &[LOCK_FILE, ".eigentrail-Ab12Cd.tmp"],
+            &["scenario.toml"],
+            &["scenario.toml", "resolved.toml", ".eigentrail-Ab12Cd.tmp"],
+        ];
+        for names in starts {
+            for existing in [Existing::Replace, Existing::Resume] {
+                let folder = tempfile::tempdir().unwrap();
+                for name in names {
+                    fs::write(folder.path().join(name), TEXT).unwrap();
+                }
+                let opened = open(folder.path(), existing).unwrap();
+                assert!(!opened.is_resumed(), "{names:?}");
+                drop(opened);
+                let left = fs::read_dir(folder.path()).unwrap().flatten();
+                let mut left = left.map(|entry| entry.file_name());
+                assert!(left.all(|name| name.to_str().unwrap().ends_with(".toml")));
+            }
+        }
+    }
+
+    #[test]
+    fn a_folder_has_one_writer() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("thesis.tex"), "years of work").unwrap();
-        assert!(matches!(
-            open(folder.path(), Existing::Replace),
-            Err(RunnerError::NotARunFolder { .. })
-        ));
-        assert!(folder.path().join("thesis.tex").exists());
+        let path = folder.path().join("run");
+        let first = open(&path, Existing::Refuse).unwrap();
+        for existing in [Existing::Resume, Existing::Replace] {
+            let error = open(&path, existing).unwrap_err();
+            assert!(matches!(error, RunnerError::FolderInUse { .. }));
+            assert!(error.is_bad_input());
+        }
+        drop(first);
+        assert!(open(&path, Existing::Resume).is_ok());
     }
 
     #[test]
     fn a_path_below_a_file_cannot_be_written() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let error = open(&file.path().join("run"), Existing::Refuse).unwrap_err();
-        assert!(matches!(error, RunnerError::OutputNotWritable { .. }));
-        assert!(error.is_bad_input());
+        for existing in [Existing::Refuse, Existing::Resume, Existing::Replace] {
+            let error = open(&file.path().join("run"), existing).unwrap_err();
+            assert!(matches!(error, RunnerError::OutputNotWritable { .. }));
+            assert!(error.is_bad_input());
+        }
     }
 
     #[test]
     fn runs_of_one_second_get_folders_of_their_own() {
         let folder = tempfile::tempdir().unwrap();
-        let first = unused(folder.path(), "t");
-        fs::create_dir(&first).unwrap();
-        assert_eq!(unused(folder.path(), "t"), folder.path().join("t-2"));
+        let parent = folder.path().join("runs");
+        let mut made: Vec<PathBuf> = std::thread::scope(|scope| {
+            let create = || create_unused(&parent, "t").unwrap();
+            let threads: Vec<_> = (0..8).map(|_| scope.spawn(create)).collect();
+            threads.into_iter().map(|t| t.join().unwrap()).collect()
+        });
+        made.sort();
+        made.dedup();
+        assert_eq!(made.len(), 8);
+        assert_eq!(made[..2], [parent.join("t"), parent.join("t-2")]);
     }
 }

@@ -1,9 +1,11 @@
 //! What a run tells to whom follows it while it goes on.
 
+use super::bounded::BoundedEpisodes;
 use super::graph_files::{GraphRow, PolicyRow, graph_rows, policy_rows};
 use super::places::Places;
 use super::records::status_name;
 use super::snapshots::{Snapshot, Snapshots};
+use super::thinning::Thinning;
 use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord, RefreshRecord};
 use crate::env::Environment;
@@ -21,16 +23,16 @@ pub trait Follower: Sync {
     fn show(&self, moment: Moment);
 }
 
-/// How things stand: rows since the moment before, and the present of everything else.
+/// How things stand: the run from its beginning in a bounded number of rows, and the present of everything else.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// The run so far.
     pub result: SeedResult,
     /// What the clock says.
     pub timing: SeedTiming,
-    /// Episodes since the moment before.
+    /// Its episodes, later ones several in a row.
     pub episodes: Vec<EpisodeRow>,
-    /// Refreshes since the moment before.
+    /// Its refreshes, of later ones only some, but the last fit in any case.
     pub refreshes: Vec<RefreshRow>,
     /// Frames of the whole run, the present one last.
     pub snapshots: Vec<Snapshot>,
@@ -42,27 +44,20 @@ pub struct Moment {
     pub graph: Vec<GraphRow>,
 }
 
-impl Moment {
-    /// This and the next moment as one.
-    pub fn followed_by(mut self, next: Self) -> Self {
-        self.episodes.extend(next.episodes);
-        self.refreshes.extend(next.refreshes);
-        Self {
-            episodes: self.episodes,
-            refreshes: self.refreshes,
-            ..next
-        }
-    }
-}
-
 /// The run may spend one part in so many on telling.
 const SHARE: u32 = 100;
 
-/// Collects rows until they are asked for.
+/// Refreshes that are all kept; of more, ever fewer.
+const REFRESHES: u64 = 1000;
+
+/// Collects rows, in bounded memory however long the run.
 pub(super) struct Feed<'a> {
     follower: &'a dyn Follower,
-    episodes: Vec<EpisodeRow>,
+    episodes: BoundedEpisodes,
     refreshes: Vec<RefreshRow>,
+    thinning: Thinning,
+    /// The last fit, if it is not among the refreshes that are kept.
+    last_fit: Option<RefreshRow>,
     not_before: Instant,
 }
 
@@ -70,14 +65,23 @@ impl<'a> Feed<'a> {
     pub fn new(follower: &'a dyn Follower) -> Self {
         Self {
             follower,
-            episodes: Vec::new(),
+            episodes: BoundedEpisodes::default(),
             refreshes: Vec::new(),
+            thinning: Thinning::new(REFRESHES),
+            last_fit: None,
             not_before: Instant::now(),
         }
     }
 
     pub fn refreshed(&mut self, record: &RefreshRecord) {
-        self.refreshes.push(refresh_row(record));
+        let row = refresh_row(record);
+        let keeps = self.thinning.keeps();
+        if row.fitted {
+            self.last_fit = (!keeps).then(|| row.clone());
+        }
+        if keeps {
+            self.refreshes.push(row);
+        }
     }
 
     pub fn episode(&mut self, record: &EpisodeRecord, regret: f64) {
@@ -107,8 +111,10 @@ impl<'a> Feed<'a> {
         self.follower.show(Moment {
             result,
             timing,
-            episodes: std::mem::take(&mut self.episodes),
-            refreshes: std::mem::take(&mut self.refreshes),
+            episodes: self.episodes.rows().to_vec(),
+            refreshes: (self.refreshes.iter().chain(&self.last_fit))
+                .cloned()
+                .collect(),
             snapshots: snapshots.up_to_now(engine.steps(), pipeline),
             labels: states.map(|s| (places.label)(graph.state(s))).collect(),
             policy: policy_rows(graph.transitions(), engine.agent(), &pipeline.look_ahead())
@@ -122,6 +128,7 @@ impl<'a> Feed<'a> {
 
 fn episode_row(record: &EpisodeRecord, regret: f64) -> EpisodeRow {
     EpisodeRow {
+        episodes: 1,
         step: record.step,
         length: record.length,
         plain_return: record.plain_return,

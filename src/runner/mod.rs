@@ -5,7 +5,9 @@
 //! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 
+mod belongings;
 mod board;
+mod bounded;
 mod build;
 mod compare;
 mod crew;
@@ -16,6 +18,7 @@ mod folder;
 mod follow;
 mod graph_files;
 mod ledger;
+mod lock;
 mod nearness;
 mod phases;
 mod places;
@@ -25,6 +28,7 @@ mod run;
 mod session;
 mod snapshots;
 pub mod statistics;
+mod temporary;
 mod thinning;
 mod trial;
 
@@ -32,10 +36,11 @@ pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
 pub use compare::{CompareReport, CompareRequest, CompareWatch, Compared, Trial, compare};
 pub use error::RunnerError;
-pub use estimate::estimated_bytes;
+pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
 pub use follow::{Follower, Moment};
 pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
+pub use lock::FolderLock;
 pub use potential::{GraphPotential, potential_of_graph};
 pub use records::{SeedRecords, read_potential, write_matrix};
 pub use run::{Outlets, SeedOutcome, Watch, run_seed};

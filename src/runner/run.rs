@@ -21,7 +21,7 @@ use tracing::{info, info_span, trace_span};
 pub struct Watch<'a> {
     /// Keeps the event files.
     pub events: &'a EventLog,
-    /// Set from anywhere: the run ends after the episode under way.
+    /// Set from anywhere: the run ends, and the episode under way is given up.
     pub stop: &'a AtomicBool,
     /// Told of each episode as it ends.
     pub on_episode: &'a mut dyn FnMut(&EpisodeRecord),
@@ -134,7 +134,7 @@ where
         let mut written = Ok(());
         let span = trace_span!(telemetry::EPISODE, episode = tally.lengths.len());
         let _in_episode = span.enter();
-        let record = engine.run_episode(|refresh, pipeline| {
+        let record = engine.run_episode_unless(watch.stop, |refresh, pipeline| {
             tally.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
             let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
             tally.gcn_fits += usize::from(fit.is_some());
@@ -143,6 +143,7 @@ where
             }
         })?;
         written?;
+        let Some(record) = record else { break };
         tally.count(&record);
         ledger.episode(&record, tally.regret(), begun.elapsed().as_secs_f64())?;
         if ledger.is_due() {

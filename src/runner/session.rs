@@ -1,7 +1,8 @@
 //! A run folder from its opening to its end: what is written around the seeds.
 
 use super::error::RunnerError;
-use super::files::{write_json, write_text};
+use super::estimate::require_memory;
+use super::files::{read_json, write_json, write_text};
 use super::folder::{Existing, RunFolder};
 use super::run::{SeedOutcome, Watch, run_seed};
 use crate::error::Error;
@@ -30,8 +31,8 @@ pub struct RunRequest {
 pub struct RunReport {
     /// The seed's numbers.
     pub outcome: SeedOutcome,
-    /// The run folder.
-    pub folder: PathBuf,
+    /// The run folder; nobody else writes there while this is kept.
+    pub folder: RunFolder,
     /// Whether the seed had been finished before and was not run again.
     pub was_finished: bool,
 }
@@ -69,9 +70,16 @@ pub fn run(
     watch: &mut Watch<'_>,
 ) -> Result<RunReport, Error> {
     let scenario = &loaded.scenario;
-    let folder = RunFolder::open(request.out.as_deref(), &scenario.name, request.existing)?;
+    if let Ok(world) = scenario.world(request.seed) {
+        require_memory(scenario, &world, 1)?;
+    }
+    let folder = RunFolder::open(request.out.as_deref(), loaded, request.existing)?;
     let session = Session { folder, scenario };
-    let mut summary = session.begin(&loaded.text)?;
+    let begun = session.has_begun();
+    let mut summary = match begun {
+        true => session.earlier()?,
+        false => session.new_summary(),
+    };
     if let Some((result, timing)) = summary.finished(request.seed) {
         let outcome = SeedOutcome {
             result: result.clone(),
@@ -81,7 +89,10 @@ pub fn run(
         return Ok(session.report(outcome, true));
     }
     let mut info = session.info(request);
-    session.write_info(&info)?;
+    session.write_info(&info)?; // first: it makes the folder known as ours
+    if !begun {
+        session.write_scenario(&loaded.text)?;
+    }
     let folder = session.folder.seed(request.seed);
     let ran = run_seed(scenario, request.seed, &folder, watch);
     info.ended = Some(jiff::Timestamp::now().to_string());
@@ -104,21 +115,25 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Writes the scenario, or checks that it is the one that began the run; returns the summary so far.
-    fn begin(&self, text: &str) -> Result<Summary, RunnerError> {
+    /// Whether the folder holds a run that goes on. One that was killed before its scenario was written begins anew.
+    fn has_begun(&self) -> bool {
+        let has = |name: &str| self.folder.file(name).exists();
+        self.folder.is_resumed() && (has("resolved.toml") || has("summary.json"))
+    }
+
+    /// The summary in the folder, if the scenario is the one that began the run; a new one if there is none yet.
+    fn earlier(&self) -> Result<Summary, RunnerError> {
         let resolved = self.scenario.to_toml();
         let resolved_path = self.folder.file("resolved.toml");
-        if self.folder.is_resumed() {
-            let before = read(&resolved_path)?;
-            if before != resolved {
-                return Err(mismatch(resolved_path, &before, &resolved));
-            }
-            return self.summary();
+        let before = read(&resolved_path)?;
+        if before != resolved {
+            return Err(mismatch(resolved_path, &before, &resolved));
         }
-        let scenario_path = self.folder.file("scenario.toml");
-        write_text(&scenario_path, text).map_err(RunnerError::write(&scenario_path))?;
-        write_text(&resolved_path, &resolved).map_err(RunnerError::write(&resolved_path))?;
-        Ok(self.new_summary())
+        let path = self.folder.file("summary.json");
+        if !path.exists() {
+            return Ok(self.new_summary());
+        }
+        serde_json::from_str(&read(&path)?).map_err(|error| damaged(path, &error))
     }
 
     fn new_summary(&self) -> Summary {
@@ -128,19 +143,21 @@ impl Session<'_> {
         }
     }
 
-    /// The summary in the folder; a new one if the run was interrupted before it had any.
-    fn summary(&self) -> Result<Summary, RunnerError> {
-        let path = self.folder.file("summary.json");
-        if !path.exists() {
-            return Ok(self.new_summary());
-        }
-        serde_json::from_str(&read(&path)?).map_err(|error| damaged(path, &error))
+    /// The scenario as it was given, and then the one with every default.
+    fn write_scenario(&self, text: &str) -> Result<(), RunnerError> {
+        let path = self.folder.file("scenario.toml");
+        write_text(&path, text).map_err(RunnerError::write(&path))?;
+        let path = self.folder.file("resolved.toml");
+        write_text(&path, &self.scenario.to_toml()).map_err(RunnerError::write(&path))
     }
 
     /// The present run, after the seeds that the folder knows already.
     fn info(&self, request: &RunRequest) -> RunInfo {
-        let before = fs::read_to_string(self.folder.file("run.json")).ok();
-        let before: Option<RunInfo> = before.and_then(|text| serde_json::from_str(&text).ok());
+        let path = self.folder.file("run.json");
+        let before: Option<RunInfo> = match self.folder.is_resumed() {
+            true => read_json(&path).ok(),
+            false => None, // it is about to be replaced
+        };
         let mut seeds = before.map(|info| info.seeds).unwrap_or_default();
         seeds.push(request.seed);
         seeds.sort_unstable();
@@ -172,7 +189,7 @@ impl Session<'_> {
     fn report(&self, outcome: SeedOutcome, was_finished: bool) -> RunReport {
         RunReport {
             outcome,
-            folder: self.folder.path().to_owned(),
+            folder: self.folder.clone(),
             was_finished,
         }
     }

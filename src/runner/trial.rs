@@ -21,7 +21,7 @@ use crate::report::{
 use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Episodes whose mean return must be near the optimum.
@@ -89,18 +89,18 @@ where
     let mut snapshots = keep.map(|_| Snapshots::default());
     let mut timing = TrialTiming::default();
     for episode in 0..episodes {
-        if stop.load(Ordering::Relaxed) {
-            return Ok(None);
-        }
         if let Some(world) = worlds.take_moved(episode) {
             move_goals(scenario, &mut engine, world);
         }
-        let record = engine.run_episode(|refresh, pipeline| {
+        let record = engine.run_episode_unless(stop, |refresh, pipeline| {
             tally.count_refresh(refresh, &mut timing);
             if let Some(snapshots) = &mut snapshots {
                 snapshots.refreshed(refresh.step, pipeline);
             }
         })?;
+        let Some(record) = record else {
+            return Ok(None);
+        };
         tally.count_episode(record.length, record.plain_return, record.step);
     }
     timing.finish(begun.elapsed().as_secs_f64(), engine.steps());

@@ -79,7 +79,7 @@ impl EnvKind {
 pub struct GoalSpec {
     /// Where it is.
     pub at: Place,
-    /// What it pays on top of a step, if not what `reward` says.
+    /// What it pays on top of a step, if not what `reward` says; edge-list: if the file does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reward: Option<f64>,
 }
@@ -138,7 +138,7 @@ pub struct EnvParams {
     /// caves: the share of walls in the noise they grow from (0.42).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<f64>,
-    /// caves: rounds of growing (4).
+    /// caves: rounds of growing (4), at most 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounds: Option<usize>,
     /// rooms, maze, caves: which of the random maps; the same map whatever the seed of the run (0).
@@ -175,13 +175,16 @@ pub struct EnvParams {
     #[schemars(example = 250)]
     pub goals_move_after: Option<MoveAfter>,
     /// "step-cost": −1 a step (eq. 2 of the report); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
-    /// { step = NUMBER, goal = NUMBER }, the second one on top of the first.
+    /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,
-    /// After how many steps an episode is cut off: "auto" (ten times the number of states) or a number.
+    /// After how many steps an episode is cut off: "auto" (ten times the number of states) or a number, at most 1 000 000 000.
     pub max_steps: MaxSteps,
 }
+
+/// The longest episode: what "auto" gives the largest map.
+const MOST_STEPS: usize = 1_000_000_000;
 
 impl EnvParams {
     /// Writes out the defaults of the kind's own keys.
@@ -247,6 +250,12 @@ impl EnvParams {
             return Err(BrokenRule::new(
                 "env.goals_move_after",
                 "env.goals_move_after needs env.moved_goals: where the goals move to",
+            ));
+        }
+        if self.max_steps.given().is_some_and(|n| n > MOST_STEPS) {
+            return Err(BrokenRule::new(
+                "env.max_steps",
+                format!("env.max_steps must be at most {MOST_STEPS}"),
             ));
         }
         match self.kind {

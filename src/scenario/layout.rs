@@ -99,9 +99,10 @@ impl EnvParams {
             EnvError::LayoutParameter { parameter, .. } => format!("env.{parameter}"),
             EnvError::Slip { .. } => "env.slip".to_owned(),
             EnvError::NoSteps => "env.max_steps".to_owned(),
-            EnvError::RewardNotFinite { .. } | EnvError::StepRewardPositive { .. } => {
-                "env.reward".to_owned()
-            }
+            EnvError::RewardNotFinite { .. }
+            | EnvError::StepRewardPositive { .. }
+            | EnvError::RewardUnused { .. } => "env.reward".to_owned(),
+            EnvError::GoalRewardUnused { goal, .. } => format!("{}[{goal}].reward", goals.key()),
             EnvError::NoGoal
             | EnvError::GoalInWall { .. }
             | EnvError::DuplicateGoal { .. }

@@ -57,7 +57,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunParams {
-    /// Episodes to run, at least 1.
+    /// Episodes to run, 1 to 10 000 000.
     pub episodes: usize,
     /// Master seed, unless the command line gives another one.
     pub seed: u64,
@@ -69,6 +69,26 @@ impl Default for RunParams {
             episodes: 500,
             seed: 0,
         }
+    }
+}
+
+/// A row is kept of each episode: more than these are gigabytes.
+const MOST_EPISODES: usize = 10_000_000;
+
+impl RunParams {
+    /// Checks the number of episodes.
+    ///
+    /// # Errors
+    /// If it is out of its range.
+    pub fn validate(&self) -> Result<(), BrokenRule> {
+        if (1..=MOST_EPISODES).contains(&self.episodes) {
+            return Ok(());
+        }
+        let message = format!(
+            "run.episodes = {}: it must be at least 1 and at most {MOST_EPISODES}",
+            self.episodes
+        );
+        Err(BrokenRule::new("run.episodes", message))
     }
 }
 
@@ -173,13 +193,38 @@ impl Scenario {
         self.arms.values_mut().for_each(ArmParams::flatten);
     }
 
+    /// TOML and JSON hold Unicode only, so the records of a run could not name the file.
+    fn require_unicode_path(&self) -> Result<(), BrokenRule> {
+        match &self.env.file {
+            Some(file) if file.to_str().is_none() => {
+                let message = format!(
+                    "env.file: the path {} is not UTF-8: rename the folder or the file",
+                    file.display()
+                );
+                Err(BrokenRule::new("env.file", message))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Checks every section, and that they go together; builds the world to see that it is one.
     ///
     /// # Errors
     /// The first broken rule, with the key to blame.
     pub fn validate(&self) -> Result<(), BrokenRule> {
+        self.validate_sections()?;
+        self.world(0)?;
+        self.moved_world(0).map(drop)
+    }
+
+    /// Checks every section by itself, without the world, whose file may be elsewhere by now.
+    ///
+    /// # Errors
+    /// The first broken rule, with the key to blame.
+    pub(crate) fn validate_sections(&self) -> Result<(), BrokenRule> {
         check_name(&self.name)?;
         self.env.validate()?;
+        self.require_unicode_path()?;
         in_section("spectral", self.spectral.validate())?;
         in_section("deepwalk", self.deepwalk.validate())?;
         in_section("gcn", self.gcn.validate())?;
@@ -187,14 +232,7 @@ impl Scenario {
         in_section("exploration", self.exploration.validate())?;
         in_section("agent", self.agent.validate())?;
         in_section("schedule", self.schedule.validate())?;
-        if self.run.episodes == 0 {
-            return Err(BrokenRule::new(
-                "run.episodes",
-                "run.episodes must be at least 1",
-            ));
-        }
-        self.world(0)?;
-        self.moved_world(0).map(drop)
+        self.run.validate()
     }
 }
 

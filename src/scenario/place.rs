@@ -12,7 +12,7 @@ pub enum Place {
     /// Row and column, counted from 0.
     Cell([usize; 2]),
     /// On a map "top-left", "top-right", "bottom-left", "bottom-right", "center" or "farthest" (from the start); in
-    /// an edge list the name of a state. As a start also "random".
+    /// an edge list the name of a state. As a start also "random", unless a state of the edge list is called so.
     Named(String),
 }
 

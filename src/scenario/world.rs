@@ -129,23 +129,31 @@ impl EnvParams {
         rng: ChaCha8Rng,
     ) -> Result<World, BrokenRule> {
         let names: Vec<String> = list.state_names().map(str::to_owned).collect();
-        let params = self.edge_list_params(&names[0], goals)?;
+        let params = self.edge_list_params(&list, &names[0], goals)?;
         let world = list.environment(&params, rng);
         let world = world.map_err(|e| self.blame(e, goals))?;
         Ok(World::Listed(world, names))
     }
 
-    /// The numbers that an edge list needs to become a world; it starts in `first` unless told otherwise.
-    fn edge_list_params(&self, first: &str, list: GoalList) -> Result<EdgeListParams, BrokenRule> {
+    /// The numbers that an edge list needs to become a world; it starts in `first` unless told otherwise. A state that is
+    /// called "random" is a state: only where there is none does the word mean random starts.
+    fn edge_list_params(
+        &self,
+        list: &EdgeList,
+        first: &str,
+        which: GoalList,
+    ) -> Result<EdgeListParams, BrokenRule> {
         let start = match &self.start {
             None => Some(first.to_owned()),
-            Some(_) if self.starts_anywhere() => None,
-            Some(place) => Some(state_name("env.start", place)?),
+            Some(place) => match state_name("env.start", place, list) {
+                Err(_) if self.starts_anywhere() => None,
+                named => Some(named?),
+            },
         };
-        let goals = list.of(self).into_iter().flatten().enumerate();
+        let goals = which.of(self).into_iter().flatten().enumerate();
         let goals = goals.map(|(i, goal)| {
             Ok(EdgeListGoal {
-                at: state_name(&format!("{}[{i}].at", list.key()), &goal.at)?,
+                at: state_name(&format!("{}[{i}].at", which.key()), &goal.at, list)?,
                 reward: goal.reward,
             })
         });
@@ -158,10 +166,13 @@ impl EnvParams {
     }
 }
 
-/// A state of an edge list.
-fn state_name(key: &str, place: &Place) -> Result<String, BrokenRule> {
+/// A state of an edge list; spaces around names do not count, as in the file.
+fn state_name(key: &str, place: &Place, list: &EdgeList) -> Result<String, BrokenRule> {
     match place {
-        Place::Named(name) => Ok(name.clone()),
+        Place::Named(name) => match list.state(name.trim()) {
+            Ok(_) => Ok(name.trim().to_owned()),
+            Err(unknown) => Err(BrokenRule::new(key, unknown.to_string())),
+        },
         Place::Cell(_) => Err(BrokenRule::new(
             key,
             format!("{place} is a place on a map; an edge list has names"),
@@ -202,6 +213,27 @@ impl World {
         match self {
             World::Grid(world) => world.optimum(),
             World::Listed(world, _) => world.optimum(),
+        }
+    }
+
+    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
+    /// cost.
+    pub fn cautions(&self) -> Vec<String> {
+        fn of<E: Model>(world: &E, name: impl Fn(usize) -> String) -> Vec<String> {
+            let cautions = world
+                .to_mdp()
+                .cautions(&world.start_states(), world.max_steps());
+            cautions.iter().map(|c| c.message(&name)).collect()
+        }
+        match self {
+            World::Grid(world) => {
+                let cells: Vec<_> = world.mdp_cells().collect();
+                of(world, |state| {
+                    let (row, col) = world.layout().position(cells[state]);
+                    format!("[{row}, {col}]")
+                })
+            }
+            World::Listed(world, names) => of(world, |state| format!("{:?}", names[state])),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One thread for the door, and one for each browser that has come in.
 
 use super::board::{Board, News};
+use super::hasty::Hasty;
 use super::http::{Request, answer, begin_events, read_request};
 use crate::report::live_page;
 use std::collections::HashMap;
@@ -14,8 +15,26 @@ use std::time::{Duration, Instant};
 /// More are turned away.
 const MOST: usize = 16;
 
-/// A browser that neither asks nor reads for so long is dropped.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// How long a browser may take; it is dropped after that.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patience {
+    /// For the whole of its request.
+    pub request: Duration,
+    /// For the whole of the page, or of one drawing.
+    pub answer: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self {
+            request: Duration::from_secs(5),
+            answer: Duration::from_secs(10),
+        }
+    }
+}
+
+/// How often something is sent over a connection that has nothing to say.
+const HEARTBEAT: Duration = Duration::from_secs(10);
 
 /// How often it is looked whether a browser is still there.
 const GLANCE: Duration = Duration::from_millis(500);
@@ -31,6 +50,7 @@ const NOTHING_YET: &str = "<!doctype html><meta charset=\"utf-8\"><meta http-equ
 pub(super) struct Browsers {
     board: Arc<Board>,
     address: SocketAddr,
+    patience: Patience,
     closed: AtomicBool,
     connected: Mutex<HashMap<u64, TcpStream>>,
     gone: Condvar,
@@ -39,10 +59,15 @@ pub(super) struct Browsers {
 
 impl Browsers {
     /// Lets browsers in from now on.
-    pub fn listen(listener: TcpListener, board: Arc<Board>) -> io::Result<Arc<Self>> {
+    pub fn listen(
+        listener: TcpListener,
+        board: Arc<Board>,
+        patience: Patience,
+    ) -> io::Result<Arc<Self>> {
         let browsers = Arc::new(Self {
             board,
             address: listener.local_addr()?,
+            patience,
             closed: AtomicBool::new(false),
             connected: Mutex::default(),
             gone: Condvar::new(),
@@ -124,45 +149,51 @@ impl Browsers {
         let _ = thread.spawn(move || seat.browsers.attend(stream));
     }
 
-    fn attend(&self, mut stream: TcpStream) -> io::Result<()> {
-        stream.set_read_timeout(Some(PATIENCE))?;
-        stream.set_write_timeout(Some(PATIENCE))?;
+    fn attend(&self, stream: TcpStream) -> io::Result<()> {
         stream.set_nodelay(true)?;
-        match read_request(&mut stream, self.address.ip().is_loopback())? {
-            Request::Page => self.send_page(&mut stream),
-            Request::Events => self.send_events(&mut stream),
-            Request::Refused(status) => answer(&mut stream, status, "text/plain", status),
+        let mut request = Hasty::new(&stream, self.patience.request);
+        match read_request(&mut request, self.address.ip().is_loopback())? {
+            Request::Page => self.send_page(&stream),
+            Request::Events => self.send_events(&stream),
+            Request::Refused(status) => {
+                answer(&mut self.hasty(&stream), status, "text/plain", status)
+            }
         }
     }
 
-    fn send_page(&self, stream: &mut TcpStream) -> io::Result<()> {
+    /// For one answer from now on.
+    fn hasty<'a>(&self, stream: &'a TcpStream) -> Hasty<'a> {
+        Hasty::new(stream, self.patience.answer)
+    }
+
+    fn send_page(&self, stream: &TcpStream) -> io::Result<()> {
         let _looking = self.board.look();
         let page = match self.board.news(0, FIRST) {
             News::Drawing(drawing) => live_page(&drawing.title, &drawing.json),
             News::Nothing | News::End => NOTHING_YET.to_owned(),
         };
-        answer(stream, "200 OK", "text/html", &page)
+        answer(&mut self.hasty(stream), "200 OK", "text/html", &page)
     }
 
-    fn send_events(&self, stream: &mut TcpStream) -> io::Result<()> {
+    fn send_events(&self, stream: &TcpStream) -> io::Result<()> {
         let _looking = self.board.look();
-        begin_events(stream)?;
+        begin_events(&mut self.hasty(stream))?;
         let mut known = 0;
         let mut sent = Instant::now();
         loop {
             match self.board.news(known, GLANCE) {
                 News::Drawing(drawing) => {
                     known = drawing.number;
-                    write!(stream, "data: {}\n\n", drawing.json)?;
+                    write!(self.hasty(stream), "data: {}\n\n", drawing.json)?;
                     sent = Instant::now();
                 }
                 News::End => {
-                    stream.write_all(b"event: end\ndata: \n\n")?;
+                    (self.hasty(stream)).write_all(b"event: end\ndata: \n\n")?;
                     return stream.shutdown(Shutdown::Write);
                 }
                 News::Nothing if has_left(stream) => return Ok(()),
-                News::Nothing if sent.elapsed() > PATIENCE => {
-                    stream.write_all(b":\n\n")?;
+                News::Nothing if sent.elapsed() > HEARTBEAT => {
+                    self.hasty(stream).write_all(b":\n\n")?;
                     sent = Instant::now();
                 }
                 News::Nothing => {}

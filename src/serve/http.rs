@@ -1,6 +1,7 @@
 //! As much of HTTP/1.1 as one page needs: a request is read, an answer written, the connection closed.
 
 use std::io::{self, Read, Write};
+use std::net::{IpAddr, Ipv6Addr};
 
 /// Longer requests are refused.
 const LONGEST: usize = 8192;
@@ -47,11 +48,9 @@ fn parse(bytes: &[u8], local: bool) -> Option<Request> {
         Ok(httparse::Status::Complete(_)) => {}
         Err(_) => return Some(Request::Refused("400 Bad Request")),
     }
-    let mut hosts = request.headers.iter();
-    let host = hosts.find(|header| header.name.eq_ignore_ascii_case("host"));
-    let host = host.map_or("", |header| {
-        std::str::from_utf8(header.value).unwrap_or_default()
-    });
+    let Some(host) = host(&request) else {
+        return Some(Request::Refused("400 Bad Request"));
+    };
     Some(match (request.method, request.path) {
         _ if local && !is_local(host) => Request::Refused("403 Forbidden"),
         (Some("GET"), Some("/")) => Request::Page,
@@ -61,14 +60,45 @@ fn parse(bytes: &[u8], local: bool) -> Option<Request> {
     })
 }
 
-/// Whether a host, with or without a port, is this machine for certain.
-fn is_local(host: &str) -> bool {
-    let name = match host.rsplit_once(':') {
-        Some((name, port)) if port.bytes().all(|b| b.is_ascii_digit()) => name,
-        _ => host,
+/// The name of the host that a request is for, without a port; empty if an old one (HTTP/1.0) does not say. None if it is
+/// not said once and clearly: what stands between might read another one.
+fn host<'a>(request: &httparse::Request<'_, 'a>) -> Option<&'a str> {
+    let mut hosts = (request.headers.iter()).filter(|h| h.name.eq_ignore_ascii_case("host"));
+    match (hosts.next(), hosts.next()) {
+        (Some(only), None) => host_name(std::str::from_utf8(only.value).ok()?),
+        (None, _) if request.version == Some(0) => Some(""),
+        _ => None,
+    }
+}
+
+/// `host`, `host:port`, `[v6]` or `[v6]:port`, without the port; none for anything else, such as `user@host`.
+fn host_name(host: &str) -> Option<&str> {
+    let (name, port) = match host.rsplit_once(':') {
+        Some((name, port)) if !port.ends_with(']') => (name, port),
+        _ => (host, ""),
     };
-    let address = name.trim_start_matches('[').trim_end_matches(']');
-    let address = address.parse::<std::net::IpAddr>();
+    let digits = port.bytes().all(|b| b.is_ascii_digit());
+    if !digits || !port.is_empty() && port.parse::<u16>().is_err() {
+        return None;
+    }
+    let plain = match name.strip_prefix('[') {
+        Some(v6) => (v6.strip_suffix(']')?).parse::<Ipv6Addr>().is_ok(),
+        None => !name.is_empty() && name.bytes().all(is_in_name),
+    };
+    plain.then_some(name)
+}
+
+fn is_in_name(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || b"-._".contains(&byte)
+}
+
+/// Whether the name of a host is this machine for certain.
+fn is_local(name: &str) -> bool {
+    let address = match name.strip_prefix('[') {
+        Some(v6) => v6.trim_end_matches(']'),
+        None => name,
+    };
+    let address = address.parse::<IpAddr>();
     name.eq_ignore_ascii_case("localhost") || address.is_ok_and(|ip| ip.is_loopback())
 }
 
@@ -122,27 +152,68 @@ mod tests {
 
     #[test]
     fn only_this_machine_is_local() {
+        let from = |host: &str| request(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
         for host in [
             "localhost",
             "LOCALHOST:80",
+            "localhost:",
             "127.0.0.1:8765",
             "[::1]:1",
             "[::1]",
         ] {
-            assert!(is_local(host), "{host}");
+            assert_eq!(from(host), Request::Page, "{host}");
         }
         for host in [
-            "",
             "example.org",
             "localhost.example.org:80",
             "192.0.2.1",
             "0.0.0.0:1",
+            "[2001:db8::1]",
         ] {
-            assert!(!is_local(host), "{host}");
+            assert_eq!(from(host), Request::Refused("403 Forbidden"), "{host}");
+        }
+        for host in [
+            "",
+            ":80",
+            "me@localhost",
+            "localhost@example.org",
+            "localhost:8o",
+            "localhost:80:80",
+            "localhost:65536",
+            "localhost, example.org",
+            "local host",
+            "::1",
+            "[::1",
+            "[::1]]",
+            "[[::1]]",
+            "[localhost]",
+            "http://localhost",
+        ] {
+            assert_eq!(from(host), Request::Refused("400 Bad Request"), "{host}");
         }
         let elsewhere = "GET / HTTP/1.1\r\nHost: example.org\r\n\r\n";
         assert_eq!(request(elsewhere), Request::Refused("403 Forbidden"));
         let open = read_request(&mut elsewhere.as_bytes(), false).unwrap();
+        assert_eq!(open, Request::Page);
+    }
+
+    #[test]
+    fn a_host_is_named_once() {
+        for hosts in [
+            "",
+            "Host: localhost\r\nHost: localhost\r\n",
+            "Host: localhost\r\nX: y\r\nhOST: example.org\r\n",
+            "Host: example.org\r\nHost: localhost\r\n",
+        ] {
+            let text = format!("GET / HTTP/1.1\r\n{hosts}\r\n");
+            for local in [true, false] {
+                let read = read_request(&mut text.as_bytes(), local).unwrap();
+                assert_eq!(read, Request::Refused("400 Bad Request"), "{hosts}");
+            }
+        }
+        let old = "GET / HTTP/1.0\r\n\r\n";
+        assert_eq!(request(old), Request::Refused("403 Forbidden"));
+        let open = read_request(&mut old.as_bytes(), false).unwrap();
         assert_eq!(open, Request::Page);
     }
 }

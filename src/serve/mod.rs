@@ -7,10 +7,11 @@
 //! - The run leaves a [`Moment`] on the desk, and only when it is asked for one: somebody is looking, the one before has
 //!   been drawn, and leaving them does not take more than a hundredth of the time. It never waits.
 //! - One thread turns moments into the object that the page is drawn from.
-//! - A browser that is slow misses drawings, and one that does not read for ten seconds is dropped. Nothing is queued.
+//! - A browser that is slow misses drawings. It has a few seconds for its whole request and for each whole drawing,
+//!   however it spreads them, and is dropped after that. Nothing is queued.
 //! - `GET /` is the page, `GET /events` the drawings as
 //!   [server-sent events](https://html.spec.whatwg.org/multipage/server-sent-events.html), and there is nothing else.
-//!   Requests must name a local host unless the server was told to listen elsewhere, so that no page of another site
+//!   Requests must name one host, and a local one unless the server was told to listen elsewhere, so that no page of another site
 //!   can read a run through a name that it has pointed at this machine.
 //! - With the run the server ends: browsers are sent the last drawing and the event `end`, and no thread stays.
 //!
@@ -19,17 +20,19 @@
 //! less than can be told from noise. `benches/live/cost.sh` measures it by the clock, with Chromium, on a machine that has
 //! nothing else to do; where all processors are busy, the painter and the browser take their part of them as any program.
 //!
-//! The episodes of the run are kept in memory, some hundred bytes each, from the first browser on and before.
+//! Memory is bounded however long the run: of its rows some ten thousand are kept, later episodes several in a row; one
+//! drawing lies on the board, and each of at most sixteen browsers may still be taking an older one.
 
 mod board;
 mod browser;
+mod hasty;
 mod http;
 mod painter;
 
 use crate::runner::{Follower, Moment};
 use crate::scenario::Scenario;
 use board::Board;
-use browser::Browsers;
+use browser::{Browsers, Patience};
 use painter::Desk;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
@@ -66,6 +69,10 @@ impl Server {
     /// # Errors
     /// If the address cannot be had, or a thread cannot be started.
     pub fn start(address: SocketAddr, title: Title) -> io::Result<Self> {
+        Self::start_with(address, title, Patience::default())
+    }
+
+    fn start_with(address: SocketAddr, title: Title, patience: Patience) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
         let board = Arc::new(Board::default());
@@ -75,7 +82,7 @@ impl Server {
             let thread = std::thread::Builder::new().name("painter".to_owned());
             thread.spawn(move || painter::paint(&desk, &board, title))?
         };
-        let browsers = Browsers::listen(listener, Arc::clone(&board))?;
+        let browsers = Browsers::listen(listener, Arc::clone(&board), patience)?;
         Ok(Self {
             address,
             desk,

@@ -34,14 +34,10 @@ impl Desk {
         !self.busy.load(Ordering::Acquire)
     }
 
-    /// Leaves a moment. What lies there already is not lost: rows are added to it.
+    /// Leaves a moment in the place of what lies there.
     pub fn leave(&self, moment: Moment) {
         self.busy.store(true, Ordering::Release);
-        let mut slot = self.locked();
-        slot.moment = Some(match slot.moment.take() {
-            Some(earlier) => earlier.followed_by(moment),
-            None => moment,
-        });
+        self.locked().moment = Some(moment);
         self.changed.notify_all();
     }
 
@@ -98,13 +94,13 @@ pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
     }
 }
 
-/// Adds the new rows and replaces the rest.
+/// Replaces what was known before.
 fn take_in(run: &mut RecordedRun, moment: Moment) {
     run.summary.put(moment.result, moment.timing);
     let seed = &mut run.seeds[0];
     seed.seed = moment.timing.seed;
-    seed.episodes.extend(moment.episodes);
-    seed.refreshes.extend(moment.refreshes);
+    seed.episodes = moment.episodes;
+    seed.refreshes = moment.refreshes;
     seed.snapshots = moment.snapshots;
     seed.labels = moment.labels;
     seed.policy = moment.policy;

@@ -1,3 +1,4 @@
+use super::browser::Patience;
 use super::*;
 use crate::report::{EpisodeRow, SeedResult, SeedTiming};
 use crate::runner::Snapshot;
@@ -17,7 +18,22 @@ fn title() -> Title {
 }
 
 fn server() -> Server {
-    Server::start("127.0.0.1:0".parse().unwrap(), title()).unwrap()
+    server_with(Patience::default())
+}
+
+fn server_with(patience: Patience) -> Server {
+    Server::start_with("127.0.0.1:0".parse().unwrap(), title(), patience).unwrap()
+}
+
+/// A server whose drawings are more than any socket buffers, because of a word in the command line.
+fn heavy_server(answer: Duration) -> Server {
+    let mut title = title();
+    title.arguments.push("x".repeat(20_000_000));
+    let patience = Patience {
+        answer,
+        ..Patience::default()
+    };
+    Server::start_with("127.0.0.1:0".parse().unwrap(), title, patience).unwrap()
 }
 
 /// A run that has gone on for so many steps.
@@ -51,16 +67,19 @@ fn moment(step: u64) -> Moment {
             wall_seconds: 1.0,
             steps_per_second: step as f64,
         },
-        episodes: vec![EpisodeRow {
-            step: 4 * step,
-            length: 4,
-            plain_return: -4.0,
-            shaped_return: -4.0,
-            status: "terminated".to_owned(),
-            regret: 0.0,
-            nodes: 1,
-            edges: 0,
-        }],
+        episodes: (1..=step)
+            .map(|episode| EpisodeRow {
+                episodes: 1,
+                step: 4 * episode,
+                length: 4,
+                plain_return: -4.0,
+                shaped_return: -4.0,
+                status: "terminated".to_owned(),
+                regret: 0.0,
+                nodes: 1,
+                edges: 0,
+            })
+            .collect(),
         refreshes: Vec::new(),
         snapshots: vec![snapshot],
         labels: vec!["0,0".to_owned()],
@@ -79,7 +98,7 @@ fn ask(server: &Server, path: &str) -> TcpStream {
 }
 
 /// Until `true`, or panics after some seconds.
-fn wait_for(what: &str, holds: impl Fn() -> bool) {
+fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
     let begun = Instant::now();
     while !holds() {
         assert!(begun.elapsed() < Duration::from_secs(20), "{what}");
@@ -125,7 +144,7 @@ fn drawings_come_as_events_until_the_end() {
             serde_json::from_str(&line(&mut events, "data: ")[6..]).unwrap();
         assert_eq!(data["title"], "small");
         let episodes = data["arms"][0]["episodes"].as_array().unwrap();
-        assert_eq!(episodes.len(), step as usize, "rows are added up");
+        assert_eq!(episodes.len(), step as usize, "the whole run is drawn");
     }
     server.show(moment(3));
     let end = std::thread::spawn(move || {
@@ -143,28 +162,77 @@ fn drawings_come_as_events_until_the_end() {
 
 #[test]
 fn a_browser_that_does_not_read_holds_nobody_up() {
-    let server = server();
+    let server = heavy_server(Duration::from_secs(3600));
     let stalled = ask(&server, "/events");
     let mut reading = BufReader::new(ask(&server, "/events"));
     wait_for("both look", || server.num_browsers() == 2);
-    // More than any socket buffers: the stalled browser's thread must get stuck.
-    let heavy = |step| {
-        let mut moment = moment(step);
-        moment.snapshots[0].potential = (0..400_000).map(|i| i as f32 / 7.0).collect();
-        moment.snapshots[0].nodes = 400_000;
-        moment
-    };
+    // The stalled browser's thread gets stuck in the first one.
     for step in 1..=3 {
         wait_for("the painter has rested", || server.wants());
-        let begun = Instant::now();
-        server.show(heavy(step));
-        assert!(begun.elapsed() < Duration::from_millis(200));
+        server.show(moment(step));
         line(&mut reading, "data: ");
     }
-    let begun = Instant::now();
-    drop((reading, server));
-    assert!(begun.elapsed() < FAREWELL + Duration::from_secs(5));
+    assert_eq!(
+        server.num_browsers(),
+        2,
+        "the stalled one is still waited for"
+    );
+    drop((reading, server)); // ends, although one browser has not taken what it was sent
     drop(stalled);
+}
+
+/// Whether the other side has closed the connection, once it has nothing more to say.
+fn is_closed(stream: &mut TcpStream) -> bool {
+    stream.set_nonblocking(true).unwrap();
+    let heard = stream.read(&mut [0; 1024]);
+    stream.set_nonblocking(false).unwrap();
+    match heard {
+        Ok(length) => length == 0,
+        Err(error) => error.kind() != std::io::ErrorKind::WouldBlock,
+    }
+}
+
+#[test]
+fn a_request_in_drops_does_not_hold_a_seat() {
+    let server = server_with(Patience {
+        request: Duration::from_millis(100),
+        ..Patience::default()
+    });
+    let mut trickling = TcpStream::connect(server.address()).unwrap();
+    trickling.write_all(b"GET / HTTP/1.1\r\nX: ").unwrap();
+    wait_for("its connection is closed", || {
+        // Each byte comes in time; a limit for each of them would never be reached.
+        let written = trickling.write_all(b"x");
+        written.is_err() || is_closed(&mut trickling)
+    });
+    wait_for("its seat is free", || server.num_browsers() == 0);
+}
+
+#[test]
+fn a_browser_that_reads_in_drops_is_dropped() {
+    let server = heavy_server(Duration::from_secs(1));
+    let mut sipping = ask(&server, "/events");
+    sipping.read_exact(&mut [0; 12]).unwrap(); // it has a seat
+    server.show(moment(1));
+    wait_for("its seat is free", || {
+        // A little at a time, so that some of what is sent always gets through.
+        let _ = sipping.read(&mut [0; 100]);
+        server.num_browsers() == 0
+    });
+}
+
+#[test]
+fn seats_are_free_again_and_there_are_only_so_many() {
+    let server = server();
+    let seated: Vec<_> = (0..16).map(|_| ask(&server, "/events")).collect();
+    wait_for("all seats are taken", || server.num_browsers() == 16);
+    let mut answer = String::new();
+    let mut late = TcpStream::connect(server.address()).unwrap();
+    late.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 503"), "{answer}");
+    assert_eq!(server.num_browsers(), 16);
+    drop(seated);
+    wait_for("all seats are free", || server.num_browsers() == 0);
 }
 
 #[test]

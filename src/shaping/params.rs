@@ -84,9 +84,9 @@ pub struct ShapingParams {
     pub temperature: f64,
     /// `gcn`: the network may scale a local cost by e^±this.
     pub log_cost_clip: f64,
-    /// `gcn`: states drawn as labels at each fit.
+    /// `gcn`: states drawn as labels at each fit, 1 to 1 000 000.
     pub num_labels: usize,
-    /// `gcn`: at most so many epochs when the network is trained for the first time.
+    /// `gcn`: at most so many epochs, up to 1 000 000, when the network is trained for the first time.
     pub cold_epochs: usize,
     /// `gcn`: at most so many when it is trained again.
     pub warm_epochs: usize,
@@ -117,6 +117,9 @@ impl Default for ShapingParams {
         }
     }
 }
+
+/// More labels or epochs than this would take for ever.
+const MOST: usize = 1_000_000;
 
 impl ShapingParams {
     /// Checks every range.
@@ -156,6 +159,24 @@ impl ShapingParams {
                 self.num_labels as f64,
                 self.num_labels > 0,
                 "at least 1",
+            ),
+            (
+                "num_labels",
+                self.num_labels as f64,
+                self.num_labels <= MOST,
+                "at most 1000000",
+            ),
+            (
+                "cold_epochs",
+                self.cold_epochs as f64,
+                self.cold_epochs <= MOST,
+                "at most 1000000",
+            ),
+            (
+                "warm_epochs",
+                self.warm_epochs as f64,
+                self.warm_epochs <= MOST,
+                "at most 1000000",
             ),
             (
                 "fit_tolerance",

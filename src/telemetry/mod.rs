@@ -20,11 +20,12 @@
 
 mod event_log;
 mod stderr;
+mod trace;
 
 pub use event_log::{EventLog, SeedLog};
+pub use stderr::say;
 
 use indicatif::MultiProgress;
-use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;
@@ -85,12 +86,12 @@ pub struct Telemetry {
 /// If the Chrome trace cannot be created, or the process has a `tracing` subscriber already.
 pub fn install(options: &Options) -> io::Result<Telemetry> {
     let events = EventLog::default();
-    let bars = MultiProgress::new();
+    let bars = stderr::bars();
     let ours = |level: LevelFilter| Targets::new().with_target("eigentrail", level);
     let (chrome, guard) = match &options.chrome_trace {
         Some(path) => {
             let (layer, guard) = ChromeLayerBuilder::new()
-                .writer(File::create(path)?)
+                .writer(trace::TraceFile::create(path)?)
                 .include_args(true)
                 .build();
             (Some(layer), Some(guard))
@@ -116,6 +117,7 @@ where
     S: tracing::Subscriber + for<'a> tracing_subscriber::registry::LookupSpan<'a>,
 {
     let lines = fmt::layer()
+        .log_internal_errors(false) // that would be one more message that can fail
         .with_writer(stderr::Beside(bars.clone()))
         .with_ansi(options.color)
         .with_target(false);

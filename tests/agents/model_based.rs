@@ -195,3 +195,164 @@ fn policy_iteration_learns_the_values_under_slip() {
         "up, against the wall"
     );
 }
+
+fn sure(next: usize, reward: f64) -> Vec<Outcome> {
+    vec![Outcome {
+        probability: 1.0,
+        next,
+        reward,
+    }]
+}
+
+/// At most two budgets a step in the mean, of 200 or 8 a state, and one plan from the floor.
+fn assert_bounded(planner: &Planner, states: usize, steps: usize) {
+    let allowed = 2 * steps * 200.max(8 * states) + PlannerParams::default().max_backups;
+    assert!(
+        planner.backups() <= allowed as u64,
+        "{} backups in {steps} steps",
+        planner.backups()
+    );
+}
+
+/// 0 may stay for +1 or walk over 1 to the goal 2 for −2: thirty steps of an episode are best spent staying.
+#[test]
+fn a_loop_that_pays_is_gone_round_at_a_few_backups_a_step() {
+    let mut outcomes = vec![vec![sure(0, 1.0), sure(1, -1.0)]];
+    outcomes.extend([vec![sure(2, -1.0), sure(1, -1.0)], vec![sure(2, 0.0); 2]]);
+    for seed in 0..5 {
+        let mut world = World::new(outcomes.clone(), vec![2], seed);
+        let mut planner = Planner::new(PlannerParams::default(), 2, seed);
+        let log = play(&mut world, &mut planner, &mut Numbering::default(), 20);
+        let last = &log.actions[log.actions.len() - 30..];
+        assert_eq!(last, [Action(0); 30], "seed {seed}");
+        assert!(
+            planner.backups() < 5 * log.total_steps() as u64,
+            "{}",
+            planner.backups()
+        );
+    }
+}
+
+/// A loop at the start that pays .5, and one behind a step of −1 that pays 1. In 50 steps: 25 against 48.
+#[test]
+fn of_two_loops_the_better_one_is_sought_once_both_are_known() {
+    let mut outcomes = vec![vec![sure(0, 0.5), sure(1, -1.0)]];
+    outcomes.extend([vec![sure(1, 1.0), sure(0, -1.0)], vec![sure(2, 0.0); 2]]);
+    outcomes.extend([vec![sure(2, 0.0); 2], vec![sure(2, 0.0); 2]]);
+    let mut world = World::new(outcomes, vec![2], 0);
+    let params = PlannerParams {
+        optimistic_value: Some(1000.0),
+        ..PlannerParams::default()
+    };
+    let mut planner = Planner::new(params, 2, 0);
+    let log = play(&mut world, &mut planner, &mut Numbering::default(), 20);
+    let last = &log.actions[log.actions.len() - 50..];
+    assert_eq!(last[0], Action(1));
+    assert_eq!(last[1..], [Action(0); 49]);
+    assert_bounded(&planner, 5, log.total_steps());
+}
+
+/// FrozenLake (Gymnasium, 4 × 4, slippery): all steps are free, holes and the goal end the episode, the goal pays 1.
+fn frozen_lake(seed: u64) -> World {
+    const MAP: &[u8; 16] = b"SFFFFHFHFFFHHFFG";
+    let next = |cell: usize, way: usize| match way {
+        0 if cell % 4 > 0 => cell - 1,
+        1 if cell < 12 => cell + 4,
+        2 if cell % 4 < 3 => cell + 1,
+        3 if cell >= 4 => cell - 4,
+        _ => cell,
+    };
+    let outcome = |cell, way: usize| Outcome {
+        probability: 1.0 / 3.0,
+        next: next(cell, way % 4),
+        reward: f64::from(u8::from(next(cell, way % 4) == 15 && cell != 15)),
+    };
+    let of_action = |cell, action: usize| (3..6).map(|turn| outcome(cell, action + turn)).collect();
+    let of_cell = |cell| (0..4).map(|action| of_action(cell, action)).collect();
+    let ends = (0..16).filter(|&cell| b"HG".contains(&MAP[cell])).collect();
+    let mut world = World::new((0..16).map(of_cell).collect(), ends, seed);
+    world.max_steps = 100;
+    world
+}
+
+/// Expected return of an episode of 100 steps; `None`: of the best policy.
+fn hundred_steps(world: &World, policy: Option<&dyn Fn(usize) -> usize>) -> f64 {
+    let mut values = vec![0.0; world.num_states()];
+    for _ in 0..100 {
+        let later = values.clone();
+        let worth = |s: usize, a: usize| -> f64 {
+            let outcomes = world.outcomes[s][a].iter();
+            outcomes
+                .map(|o| o.probability * (o.reward + later[o.next]))
+                .sum()
+        };
+        for s in (0..world.num_states()).filter(|s| !world.goals.contains(s)) {
+            values[s] = match policy {
+                Some(policy) => worth(s, policy(s)),
+                None => (0..4)
+                    .map(|a| worth(s, a))
+                    .fold(f64::NEG_INFINITY, f64::max),
+            };
+        }
+    }
+    values[world.start]
+}
+
+#[test]
+fn free_loops_under_slip_neither_hold_the_plan_up_nor_keep_the_planner_busy() {
+    let mut shares: Vec<f64> = (0..5)
+        .map(|seed| {
+            let mut world = frozen_lake(seed);
+            let best = hundred_steps(&world, None);
+            assert!((best - 0.744).abs() < 5e-4, "{best}");
+            let params = PlannerParams {
+                known_after: 20,
+                ..PlannerParams::default()
+            };
+            let mut planner = Planner::new(params, 4, seed);
+            let mut numbering = Numbering::default();
+            let log = play(&mut world, &mut planner, &mut numbering, 500);
+            assert_bounded(&planner, 16, log.total_steps());
+            let greedy = |state: usize| {
+                let id = numbering.clone().id(state);
+                let action = planner.greedy_action(id, &[0.0; 4]);
+                action.map_or(0, Action::index)
+            };
+            hundred_steps(&world, Some(&greedy)) / best
+        })
+        .collect();
+    shares.sort_by(f64::total_cmp);
+    assert!(shares[2] > 0.95, "{shares:?} of the best return");
+    assert!(shares[0] > 0.8, "{shares:?} of the best return");
+}
+
+/// A ring of thirty free steps with two ways out: a gamble worth .25 and a sure .5. Who wins the gamble first believes it to be
+/// worth 1, all round the ring; when it turns out to be worth less, the ring must not hold the belief up.
+#[test]
+fn a_belief_is_given_up_all_round_a_free_ring() {
+    let ring = |s: usize| vec![sure((s + 1) % 30, 0.0), sure(s, 0.0)];
+    let mut outcomes: Vec<_> = (0..30).map(ring).collect();
+    let gamble = |probability, reward| Outcome {
+        probability,
+        next: 30,
+        reward,
+    };
+    outcomes[3][1] = vec![gamble(0.25, 1.0), gamble(0.75, 0.0)];
+    outcomes[20][1] = sure(31, 0.5);
+    outcomes.extend([vec![sure(30, 0.0); 2], vec![sure(31, 0.0); 2]]);
+    for seed in 0..8 {
+        let mut world = World::new(outcomes.clone(), vec![30, 31], seed);
+        let params = PlannerParams {
+            optimistic_value: Some(1.0),
+            ..PlannerParams::default()
+        };
+        let mut planner = Planner::new(params, 2, seed);
+        let mut numbering = Numbering::default();
+        let log = play(&mut world, &mut planner, &mut numbering, 300);
+        assert_bounded(&planner, 32, log.total_steps());
+        let value = planner.value(numbering.id(0)).unwrap();
+        assert!((value - 0.5).abs() < 1e-3, "seed {seed}: {value}");
+        // Twenty steps round the ring and one out.
+        assert_eq!(log.final_mean(20), 21.0, "seed {seed}");
+    }
+}

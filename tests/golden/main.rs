@@ -8,6 +8,12 @@
 //! EIGENTRAIL_GOLDEN=write cargo test --locked --test golden
 //! ```
 //!
+//! The same on another processor, under an emulator:
+//!
+//! ```sh
+//! EIGENTRAIL_GOLDEN_RUNNER="qemu-x86_64 -cpu Haswell" cargo test --locked --test golden
+//! ```
+//!
 //! Sums have one order on every x86-64 processor with AVX2 and FMA. Without those, the dense kernels of faer use
 //! narrower registers and round otherwise: there the tests are ignored, and listed so.
 

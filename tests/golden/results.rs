@@ -99,8 +99,14 @@ fn track(graph: &Csr, flags: &[String], folder: &Path, threads: usize) -> Result
     ]))
 }
 
+/// The program, behind the words of `EIGENTRAIL_GOLDEN_RUNNER` if there are any: an emulator of another processor.
 fn eigentrail(threads: usize) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_eigentrail"));
+    let runner = std::env::var("EIGENTRAIL_GOLDEN_RUNNER").unwrap_or_default();
+    let mut words = runner
+        .split_whitespace()
+        .chain([env!("CARGO_BIN_EXE_eigentrail")]);
+    let mut command = Command::new(words.next().expect("the program at least"));
+    command.args(words);
     command.arg("--threads").arg(threads.to_string());
     command
 }

@@ -45,7 +45,7 @@ pub enum Method {
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SpectralParams {
-    /// k, how many of the lowest pairs to keep; at least 1. A graph of fewer nodes has fewer.
+    /// k, how many of the lowest pairs to keep; 1 to 65 536. A graph of fewer nodes has fewer.
     pub num_eigenpairs: usize,
     /// Largest residual ‖Lv − λv‖₂ of a unit vector v, relative to λ_k; in (0, 1). Eigenvalues come
     /// out accurate to tol² relative to λ_k: 1e-2 serves as features, 1e-3 gives six digits.
@@ -54,13 +54,13 @@ pub struct SpectralParams {
     pub laplacian: LaplacianKind,
     /// How a refresh finds the pairs.
     pub method: Method,
-    /// In how many parts to split products with blocks; at least 1. They run on the rayon pool in
+    /// In how many parts to split products with blocks; 1 to 1024. They run on the rayon pool in
     /// which the solver is called. The result does not depend on it.
     pub threads: usize,
     /// Whether to prove by an inertia count (Sylvester's law) that no pair was missed, and to
     /// search again where one was. Costs one more sparse factorisation per refresh.
     pub certify: bool,
-    /// Rayleigh–Ritz steps after which a solve gives up and returns the best it has; at least 1.
+    /// Rayleigh–Ritz steps after which a solve gives up and returns the best it has; 1 to 100 000.
     pub max_restarts: usize,
 }
 
@@ -84,9 +84,9 @@ impl SpectralParams {
     /// # Errors
     /// [`SpectralError::Parameter`] names the first parameter that is out of its range.
     pub fn validate(&self) -> Result<(), SpectralError> {
-        at_least_one("num_eigenpairs", self.num_eigenpairs)?;
-        at_least_one("threads", self.threads)?;
-        at_least_one("max_restarts", self.max_restarts)?;
+        within("num_eigenpairs", self.num_eigenpairs, 65_536, "1 to 65536")?;
+        within("threads", self.threads, 1024, "1 to 1024")?;
+        within("max_restarts", self.max_restarts, 100_000, "1 to 100000")?;
         if self.tol > 0.0 && self.tol < 1.0 {
             return Ok(());
         }
@@ -98,14 +98,21 @@ impl SpectralParams {
     }
 }
 
-fn at_least_one(name: &'static str, value: usize) -> Result<(), SpectralError> {
-    if value >= 1 {
+/// At least 1 and at most `most`: beyond that lies no experiment, only a slip of the pen that takes all memory or for
+/// ever.
+fn within(
+    name: &'static str,
+    value: usize,
+    most: usize,
+    rule: &'static str,
+) -> Result<(), SpectralError> {
+    if (1..=most).contains(&value) {
         return Ok(());
     }
     Err(SpectralError::Parameter {
         name,
         value: value.to_string(),
-        rule: "at least 1",
+        rule,
     })
 }
 
@@ -117,7 +124,10 @@ mod tests {
     fn defaults_are_valid_and_each_range_is_checked() {
         assert_eq!(SpectralParams::default().validate(), Ok(()));
         type Change = fn(&mut SpectralParams);
-        let broken: [(&str, Change); 6] = [
+        let broken: [(&str, Change); 9] = [
+            ("num_eigenpairs", |p| p.num_eigenpairs = 1 << 32),
+            ("threads", |p| p.threads = usize::MAX),
+            ("max_restarts", |p| p.max_restarts = 100_001),
             ("num_eigenpairs", |p| p.num_eigenpairs = 0),
             ("threads", |p| p.threads = 0),
             ("max_restarts", |p| p.max_restarts = 0),

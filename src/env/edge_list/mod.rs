@@ -11,11 +11,13 @@
 //! - `probability` may be left out, for the whole file or for all lines of one (from, action): these then share equally. Given
 //!   ones must sum to 1.
 //! - `reward` may be left out, for the whole file or on a line: the step then pays what the [`RewardScheme`] says, with
-//!   the bonus on entering a goal. A number in the file is the whole reward of that line.
+//!   the bonus on entering a goal. A number in the file is the whole reward of that line, so that a goal with a
+//!   [`reward`](EdgeListGoal::reward) of its own needs lines without one.
 //! - An action that a state has no line for leaves the agent where it is, at the reward of a step.
 //! - Episodes end at goals, so lines that leave a goal have no effect.
 
 mod parse;
+mod quotes;
 
 use super::error::nearest;
 use super::grid_world::{RewardScheme, require_finite};
@@ -32,8 +34,8 @@ use serde::{Deserialize, Serialize};
 pub struct EdgeListGoal {
     /// Name of the state.
     pub at: String,
-    /// Added to the reward of the step that enters it, unless the file gives that line's reward; default: what the reward
-    /// scheme gives every goal.
+    /// Added to the reward of a step that enters it. The file must not say itself what such steps pay. Default: what the
+    /// reward scheme gives every goal, on lines without a reward.
     #[serde(default)]
     pub reward: Option<f64>,
 }
@@ -114,8 +116,8 @@ impl EdgeList {
     /// The world with these goals; its state numbers are the order of [`state_names`](Self::state_names). O(lines).
     ///
     /// # Errors
-    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite or pay for
-    /// staying away, no steps.
+    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite, pay for
+    /// staying away or are for no line of the file, no steps.
     pub fn environment(
         &self,
         params: &EdgeListParams,
@@ -123,6 +125,7 @@ impl EdgeList {
     ) -> Result<TabularEnvironment, EnvError> {
         params.rewards.validate()?;
         let goals = self.goals(params)?;
+        self.require_use(params, &goals)?;
         let mdp = self.mdp(params, &goals)?;
         let starts = self.starts(params, &goals, &mdp)?;
         let max_steps = params
@@ -177,6 +180,53 @@ impl EdgeList {
                 });
             }
         })
+    }
+
+    /// Refuses rewards that the file leaves no room for: of a goal, where the file says otherwise of any step into it; of
+    /// the reward scheme, where it says otherwise of all steps. Numbers that change nothing, those of the default scheme
+    /// included, are never held against anyone.
+    fn require_use(&self, params: &EdgeListParams, goals: &[usize]) -> Result<(), EnvError> {
+        let leaves_a_goal = |edge: &&Edge| goals.contains(&(edge.from as usize));
+        let played: Vec<&Edge> = self.edges.iter().filter(|e| !leaves_a_goal(e)).collect();
+        let steps_into = |state: usize| played.iter().filter(move |e| e.to as usize == state);
+        for (goal, (spec, &state)) in params.goals.iter().zip(goals).enumerate() {
+            let own = spec.reward.unwrap_or(0.0);
+            let said = steps_into(state).find(|edge| own != 0.0 && edge.reward.is_some());
+            if let Some(edge) = said {
+                return Err(EnvError::GoalRewardUnused {
+                    file: self.file.clone(),
+                    goal,
+                    name: spec.at.clone(),
+                    reward: own,
+                    from: self.states[edge.from as usize].clone(),
+                    action: self.actions[usize::from(edge.action)].clone(),
+                });
+            }
+        }
+        let (scheme, default) = (params.rewards, RewardScheme::default());
+        let unused = |what: String| {
+            Err(EnvError::RewardUnused {
+                file: self.file.clone(),
+                what,
+            })
+        };
+        let mut pairs: Vec<_> = played.iter().map(|edge| edge.pair()).collect();
+        pairs.dedup();
+        let all_listed = pairs.len() == (self.states.len() - goals.len()) * self.actions.len();
+        let all_said = played.iter().all(|edge| edge.reward.is_some());
+        if scheme.step() != default.step() && all_listed && all_said {
+            return unused(format!("step = {}", scheme.step()));
+        }
+        let of_the_scheme = params.goals.iter().zip(goals);
+        let mut of_the_scheme = of_the_scheme
+            .filter(|(goal, _)| goal.reward.is_none())
+            .peekable();
+        let given = scheme.goal() != default.goal() && of_the_scheme.peek().is_some();
+        let pays_it = |(_, &state): (_, &usize)| steps_into(state).any(|e| e.reward.is_none());
+        if given && !of_the_scheme.any(pays_it) {
+            return unused(format!("the bonus of a goal, {},", scheme.goal()));
+        }
+        Ok(())
     }
 
     fn starts(

@@ -1,5 +1,6 @@
 //! Reading an edge list: the columns, the lines, and the probabilities of each (from, action).
 
+use super::quotes::check_quotes;
 use super::{Edge, EdgeList};
 use crate::env::error::nearest;
 use crate::env::tabular::PROBABILITY_TOLERANCE;
@@ -13,6 +14,8 @@ use std::path::Path;
 /// The columns there may be; the first three must be.
 const COLUMNS: [&str; 5] = ["from", "action", "to", "probability", "reward"];
 const REQUIRED: usize = 3;
+/// What some programs put before UTF-8 text.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// A line as it stands in the file.
 struct Line {
@@ -45,13 +48,13 @@ impl EdgeList {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn from_reader(file: &str, reader: impl Read) -> Result<Self, EnvError> {
+        let text = text(file, reader)?;
+        check_quotes(&text).map_err(|(line, problem)| at(file, line, problem))?;
+        let csv_error = |error: csv::Error| csv_error(file, &text, &error);
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_reader(reader);
-        let columns = columns(
-            file,
-            reader.headers().map_err(|error| csv_error(file, &error))?,
-        )?;
+            .from_reader(text.as_slice());
+        let columns = columns(file, reader.headers().map_err(csv_error)?)?;
         let mut list = EdgeList {
             file: file.to_owned(),
             states: IndexSet::new(),
@@ -62,11 +65,8 @@ impl EdgeList {
         };
         let mut lines = Vec::new();
         let mut record = StringRecord::new();
-        while reader
-            .read_record(&mut record)
-            .map_err(|error| csv_error(file, &error))?
-        {
-            let number = record.position().map_or(0, csv::Position::line);
+        while reader.read_record(&mut record).map_err(csv_error)? {
+            let number = line_number(&text, record.position());
             let line = list
                 .line(&record, &columns, number)
                 .map_err(|problem| at(file, number, problem))?;
@@ -200,6 +200,32 @@ fn columns(file: &str, header: &StringRecord) -> Result<[Option<usize>; 5], EnvE
     }
 }
 
+/// All that `reader` has, without a byte order mark.
+fn text(file: &str, mut reader: impl Read) -> Result<Vec<u8>, EnvError> {
+    let mut text = Vec::new();
+    reader
+        .read_to_end(&mut text)
+        .map_err(|error| EnvError::Unreadable {
+            file: file.to_owned(),
+            message: error.to_string(),
+        })?;
+    if text.starts_with(BYTE_ORDER_MARK) {
+        text.drain(..BYTE_ORDER_MARK.len());
+    }
+    Ok(text)
+}
+
+/// The line of a record; 0 if it has no place. The reader's own count is that of the blank lines before it, which it skips.
+fn line_number(text: &[u8], position: Option<&csv::Position>) -> u64 {
+    position.map_or(0, |position| {
+        let from = usize::try_from(position.byte()).map_or(text.len(), |at| at.min(text.len()));
+        let blank = text[from..]
+            .iter()
+            .take_while(|byte| matches!(byte, b'\n' | b'\r'));
+        position.line() + blank.filter(|&&byte| byte == b'\n').count() as u64
+    })
+}
+
 /// The number of `name`, a new one if it is new.
 fn intern(names: &mut IndexSet<String>, name: &str) -> usize {
     match names.get_index_of(name) {
@@ -237,7 +263,7 @@ fn at(file: &str, line: u64, problem: EdgeListProblem) -> EnvError {
     }
 }
 
-fn csv_error(file: &str, error: &csv::Error) -> EnvError {
+fn csv_error(file: &str, text: &[u8], error: &csv::Error) -> EnvError {
     match error.kind() {
         csv::ErrorKind::Io(io) => EnvError::Unreadable {
             file: file.to_owned(),
@@ -248,7 +274,7 @@ fn csv_error(file: &str, error: &csv::Error) -> EnvError {
             expected_len,
             len,
         } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
+            let line = line_number(text, pos.as_ref());
             at(
                 file,
                 line,
@@ -258,7 +284,7 @@ fn csv_error(file: &str, error: &csv::Error) -> EnvError {
             )
         }
         csv::ErrorKind::Utf8 { pos, .. } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
+            let line = line_number(text, pos.as_ref());
             at(
                 file,
                 line,
@@ -359,6 +385,19 @@ mod tests {
         assert!(matches!(
             second("b,go,c"),
             (3, EdgeListProblem::Malformed { .. })
+        ));
+        // Blank lines count, though they say nothing.
+        assert_eq!(
+            second("\n\r\nb,go,c,1.5,0"),
+            (5, EdgeListProblem::ProbabilityRange { value: 1.5 })
+        );
+        assert!(matches!(
+            second("\n\nb,go,c"),
+            (5, EdgeListProblem::Malformed { .. })
+        ));
+        assert!(matches!(
+            second("b,go,\"c,1,0\n\"c\",go,a,1,0"),
+            (3, EdgeListProblem::Quote { column: 6, .. })
         ));
     }
 }

@@ -9,11 +9,14 @@ use crate::env::EnvError;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+/// More rounds change nothing but the time they take.
+const MOST_ROUNDS: usize = 1000;
+
 impl Layout {
     /// Caves on `rows` × `cols` cells; `fill` = 0.4 and `rounds` = 4 give winding caves. O(cells × rounds).
     ///
     /// # Errors
-    /// [`EnvError::LayoutParameter`] for a share outside [0, 1), [`EnvError::NoFreeCell`] if the walls grow together,
+    /// [`EnvError::LayoutParameter`] for a share outside [0, 1) or too many rounds, [`EnvError::NoFreeCell`] if the walls grow together,
     /// [`EnvError::EmptyMap`], [`EnvError::MapTooLarge`].
     pub fn caves(
         rows: usize,
@@ -27,6 +30,14 @@ impl Layout {
             return Err(EnvError::LayoutParameter {
                 parameter: "fill",
                 value: fill.to_string(),
+                rule,
+            });
+        }
+        if rounds > MOST_ROUNDS {
+            let rule = "at most 1000 rounds; caves no longer change after a few";
+            return Err(EnvError::LayoutParameter {
+                parameter: "rounds",
+                value: rounds.to_string(),
                 rule,
             });
         }

@@ -7,14 +7,19 @@
 //! | which actions are greedy | [`TabularMdp::greedy_actions`] |
 //! | how many transitions to the end, from everywhere | [`TabularMdp::distances_to_terminal`] |
 //! | the best episode under a step limit | [`TabularMdp::optimum`] |
+//! | does a loop pay for ever | [`TabularMdp::best_gain`] |
+//! | is the task one that should be solved by reaching a goal | [`TabularMdp::cautions`] |
 //!
 //! These are the yardsticks of experiments and the oracles of tests. A [`TabularEnvironment`] lets an agent act in one.
 
+mod cautions;
 mod environment;
+mod gain;
 mod optimum;
 mod reachability;
 mod value_iteration;
 
+pub use cautions::Caution;
 pub use environment::{MdpState, TabularEnvironment};
 pub use optimum::Optimum;
 pub use value_iteration::ValueFunction;

@@ -21,6 +21,29 @@ pub struct Optimum {
     pub expected_steps: f64,
 }
 
+/// What lies ahead of a state under the best policy: return and steps, and the chance that the episode ends before its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ahead {
+    worth: f64,
+    steps: f64,
+    ends: f64,
+}
+
+impl Ahead {
+    /// Of a state where episodes end.
+    const END: Ahead = Ahead {
+        worth: 0.0,
+        steps: 0.0,
+        ends: 1.0,
+    };
+    /// With no step left.
+    const CUT_OFF: Ahead = Ahead {
+        worth: 0.0,
+        steps: 0.0,
+        ends: 0.0,
+    };
+}
+
 /// The rewards of a world in which the best is a shortest path.
 struct StepCost {
     step: f64,
@@ -36,19 +59,36 @@ impl TabularMdp {
     /// # Panics
     /// If `starts` is empty or names something that is no state, or `max_steps` is 0.
     pub fn optimum(&self, starts: &[usize], max_steps: usize) -> Optimum {
+        self.optimum_and_end(starts, max_steps).0
+    }
+
+    /// The optimum, and the chance that an episode of the policy that earns it ends before its limit. Of policies that are
+    /// equal in return and steps, one that ends counts.
+    pub(super) fn optimum_and_end(&self, starts: &[usize], max_steps: usize) -> (Optimum, f64) {
         assert!(!starts.is_empty(), "an episode begins somewhere");
         assert!(max_steps > 0, "an episode has at least one step");
         let best = match self.step_cost() {
             Some(cost) => self.shortest_paths(&cost, max_steps),
             None => self.backward_induction(starts, max_steps),
         };
-        let mean = |part: fn(&Optimum) -> f64| {
+        let mean = |part: fn(&Ahead) -> f64| {
             starts.iter().map(|&start| part(&best[start])).sum::<f64>() / starts.len() as f64
         };
-        Optimum {
-            expected_return: mean(|best| best.expected_return),
-            expected_steps: mean(|best| best.expected_steps),
+        let optimum = Optimum {
+            expected_return: mean(|best| best.worth),
+            expected_steps: mean(|best| best.steps),
+        };
+        (optimum, mean(|best| best.ends))
+    }
+
+    /// The largest chance that any policy has to end an episode before its limit: the optimal return if only ends paid, and
+    /// each of them 1.
+    pub(super) fn best_chance_of_an_end(&self, starts: &[usize], max_steps: usize) -> f64 {
+        let mut ends_pay = self.clone();
+        for outcome in &mut ends_pay.outcomes {
+            outcome.reward = f64::from(u8::from(self.terminal[outcome.next as usize]));
         }
+        ends_pay.optimal_return(starts, max_steps)
     }
 
     /// The return of [`optimum`](Self::optimum).
@@ -93,51 +133,43 @@ impl TabularMdp {
         (step < 0.0 && last >= step).then_some(StepCost { step, last })
     }
 
-    fn shortest_paths(&self, cost: &StepCost, max_steps: usize) -> Vec<Optimum> {
+    fn shortest_paths(&self, cost: &StepCost, max_steps: usize) -> Vec<Ahead> {
         let best = |distance: Option<u32>| match distance {
-            Some(0) => Optimum {
-                expected_return: 0.0,
-                expected_steps: 0.0,
+            Some(0) => Ahead::END,
+            Some(steps) if steps as usize <= max_steps => Ahead {
+                worth: cost.step * f64::from(steps - 1) + cost.last,
+                steps: f64::from(steps),
+                ends: 1.0,
             },
-            Some(steps) if steps as usize <= max_steps => Optimum {
-                expected_return: cost.step * f64::from(steps - 1) + cost.last,
-                expected_steps: f64::from(steps),
-            },
-            _ => Optimum {
-                expected_return: cost.step * max_steps as f64,
-                expected_steps: max_steps as f64,
+            _ => Ahead {
+                worth: cost.step * max_steps as f64,
+                steps: max_steps as f64,
+                ends: 0.0,
             },
         };
         self.distances_to_terminal().into_iter().map(best).collect()
     }
 
     /// v_H and its steps for every state that can be reached from `starts`; zeros for the others.
-    fn backward_induction(&self, starts: &[usize], max_steps: usize) -> Vec<Optimum> {
+    fn backward_induction(&self, starts: &[usize], max_steps: usize) -> Vec<Ahead> {
         let reached = self.reachable_from(starts);
         let states: Vec<_> = (0..self.num_states())
             .filter(|&s| reached[s] && !self.terminal[s])
             .collect();
         let dead_ends = self.dead_ends_only_lose();
-        let mut now = vec![
-            Optimum {
-                expected_return: 0.0,
-                expected_steps: 0.0
-            };
-            self.num_states()
-        ];
+        let at_the_limit = |&ends: &bool| if ends { Ahead::END } else { Ahead::CUT_OFF };
+        let mut now: Vec<Ahead> = self.terminal.iter().map(at_the_limit).collect();
         let mut next = now.clone();
         for _ in 0..max_steps {
             let mut settled = true;
             let mut largest = 1.0_f64;
             for &state in &states {
                 next[state] = self.best_action(&now, state);
-                largest = largest
-                    .max(next[state].expected_return.abs())
-                    .max(next[state].expected_steps);
+                largest = largest.max(next[state].worth.abs()).max(next[state].steps);
             }
             for &state in &states {
-                let gain = next[state].expected_return - now[state].expected_return;
-                let longer = (next[state].expected_steps - now[state].expected_steps).abs();
+                let gain = next[state].worth - now[state].worth;
+                let longer = (next[state].steps - now[state].steps).abs();
                 let still = gain.abs().max(longer) <= SETTLED * largest;
                 settled &= still || (dead_ends[state] && gain <= 0.0);
             }
@@ -166,28 +198,30 @@ impl TabularMdp {
     }
 
     /// One backward step in `state`: the largest return, and of equal ones the fewest steps.
-    fn best_action(&self, later: &[Optimum], state: usize) -> Optimum {
-        let mut best = Optimum {
-            expected_return: f64::NEG_INFINITY,
-            expected_steps: f64::INFINITY,
+    fn best_action(&self, later: &[Ahead], state: usize) -> Ahead {
+        let mut best = Ahead {
+            worth: f64::NEG_INFINITY,
+            steps: f64::INFINITY,
+            ends: 0.0,
         };
         for action in self.actions() {
-            let mut this = Optimum {
-                expected_return: 0.0,
-                expected_steps: 1.0,
+            let mut this = Ahead {
+                worth: 0.0,
+                steps: 1.0,
+                ends: 0.0,
             };
             for outcome in self.outcomes(state, action) {
                 let then = &later[outcome.next as usize];
-                this.expected_return +=
-                    outcome.probability * (outcome.reward + then.expected_return);
-                this.expected_steps += outcome.probability * then.expected_steps;
+                this.worth += outcome.probability * (outcome.reward + then.worth);
+                this.steps += outcome.probability * then.steps;
+                this.ends += outcome.probability * then.ends;
             }
-            let margin = TIE * this.expected_return.abs().max(1.0);
-            let ties = (this.expected_return - best.expected_return).abs() <= margin;
-            if (ties && this.expected_steps < best.expected_steps)
-                || (!ties && this.expected_return > best.expected_return)
-            {
+            let margin = TIE * this.worth.abs().max(1.0);
+            let ties = (this.worth - best.worth).abs() <= margin;
+            if (ties && this.steps < best.steps) || (!ties && this.worth > best.worth) {
                 best = this;
+            } else if ties && this.steps == best.steps {
+                best.ends = best.ends.max(this.ends);
             }
         }
         best
@@ -257,6 +291,27 @@ mod tests {
                 expected_steps: 3.0
             }
         );
+    }
+
+    /// With p the chance of one try, 1 − (1 − p)^H; an end that hurts is left alone although it could be had.
+    #[test]
+    fn the_chance_of_an_end_is_that_of_the_best_policy() {
+        assert_eq!(corridor(4, -1.0, 99.0).optimum_and_end(&[0], 3).1, 0.0);
+        // With the last step to go it does not matter; the policy that ends counts.
+        assert_eq!(corridor(4, -1.0, -1.0).optimum_and_end(&[0], 4).1, 1.0);
+        let hurts = corridor(2, -1.0, -50.0);
+        assert_eq!(hurts.optimum_and_end(&[0], 10).1, 0.0);
+        assert_eq!(hurts.best_chance_of_an_end(&[0], 10), 1.0);
+        assert_eq!(hurts.best_chance_of_an_end(&[0], 1), 0.0);
+        let mut again = to(0, -1.0);
+        again[0].probability = 0.75;
+        let mut end = to(1, -1.0);
+        end[0].probability = 0.25;
+        let tries = vec![[again, end].concat()];
+        let mdp = TabularMdp::new(&[tries, vec![]], vec![false, true]).unwrap();
+        let expected = 1.0 - 0.75_f64.powi(7);
+        assert!((mdp.optimum_and_end(&[0], 7).1 - expected).abs() < 1e-14);
+        assert!((mdp.best_chance_of_an_end(&[0], 7) - expected).abs() < 1e-14);
     }
 
     #[test]

@@ -83,22 +83,35 @@ impl TabularMdp {
     /// # Panics
     /// If a start is no state.
     pub fn reachable_from(&self, starts: &[usize]) -> Vec<bool> {
-        let mut reached = vec![false; self.num_states()];
-        let mut stack = Vec::new();
+        let distances = self.distances_from(starts);
+        distances.iter().map(Option::is_some).collect()
+    }
+
+    /// The fewest transitions to each state from one of `starts`; `None` where there is no way. O(outcomes).
+    ///
+    /// # Panics
+    /// If a start is no state.
+    pub fn distances_from(&self, starts: &[usize]) -> Vec<Option<u32>> {
+        let mut distance = vec![None; self.num_states()];
+        let mut queue = Vec::new();
         for &start in starts {
-            if !std::mem::replace(&mut reached[start], true) {
-                stack.push(start);
+            if distance[start].replace(0).is_none() {
+                queue.push(start);
             }
         }
-        while let Some(state) = stack.pop() {
+        let mut visited = 0;
+        while let Some(&state) = queue.get(visited) {
+            visited += 1;
+            let next = distance[state].map(|transitions: u32| transitions + 1);
             for outcome in self.outcomes_of_state(state) {
-                let next = outcome.next as usize;
-                if !std::mem::replace(&mut reached[next], true) {
-                    stack.push(next);
+                let after = outcome.next as usize;
+                if distance[after].is_none() {
+                    distance[after] = next;
+                    queue.push(after);
                 }
             }
         }
-        reached
+        distance
     }
 
     /// From which states some policy ends the episode with probability 1.
@@ -165,6 +178,10 @@ mod tests {
         assert_eq!(
             with_trap().distances_to(&[3, 3]),
             [Some(2), Some(1), None, Some(0)]
+        );
+        assert_eq!(
+            with_trap().distances_from(&[1, 1]),
+            [None, Some(0), Some(1), Some(1)]
         );
         assert_eq!(
             with_trap().reachable_from(&[1, 1]),

@@ -9,15 +9,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DeepWalkParams {
-    /// Length of a vector, at least 1.
+    /// Length of a vector, 1 to 4096.
     pub dimensions: usize,
-    /// Walks that begin in each node that is new or has a new edge, at least 1.
+    /// Walks that begin in each node that is new or has a new edge, 1 to 10 000.
     pub walks_per_node: usize,
-    /// Nodes of a walk, at least 2.
+    /// Nodes of a walk, 2 to 10 000.
     pub walk_length: usize,
-    /// How far apart on a walk two nodes may be to count as neighbours, at least 1.
+    /// How far apart on a walk two nodes may be to count as neighbours, 1 to 1000.
     pub window: usize,
-    /// Random nodes that each pair is told apart from, at least 1.
+    /// Random nodes that each pair is told apart from, 1 to 1000.
     pub negatives: usize,
     /// Step size at the beginning of a refresh, above 0; falls to a hundredth of it.
     pub learning_rate: f64,
@@ -43,13 +43,18 @@ impl DeepWalkParams {
     /// [`FeatureError::Parameter`] with the key, its value and the rule it breaks.
     pub fn validate(&self) -> Result<(), FeatureError> {
         let whole = [
-            ("dimensions", self.dimensions, 1, "at least 1"),
-            ("walks_per_node", self.walks_per_node, 1, "at least 1"),
-            ("walk_length", self.walk_length, 2, "at least 2"),
-            ("window", self.window, 1, "at least 1"),
-            ("negatives", self.negatives, 1, "at least 1"),
+            ("dimensions", self.dimensions, 1..=4096, "1 to 4096"),
+            (
+                "walks_per_node",
+                self.walks_per_node,
+                1..=10_000,
+                "1 to 10000",
+            ),
+            ("walk_length", self.walk_length, 2..=10_000, "2 to 10000"),
+            ("window", self.window, 1..=1000, "1 to 1000"),
+            ("negatives", self.negatives, 1..=1000, "1 to 1000"),
         ];
-        let broken = whole.into_iter().find(|(_, value, least, _)| value < least);
+        let broken = (whole.into_iter()).find(|(_, value, range, _)| !range.contains(value));
         if let Some((key, value, _, rule)) = broken {
             let value = value as f64;
             return Err(FeatureError::Parameter { key, value, rule });
@@ -73,7 +78,12 @@ mod tests {
     fn each_range_is_checked() {
         assert_eq!(DeepWalkParams::default().validate(), Ok(()));
         type Slip = fn(&mut DeepWalkParams);
-        let broken: [(&str, Slip); 7] = [
+        let broken: [(&str, Slip); 12] = [
+            ("dimensions", |p| p.dimensions = 4097),
+            ("walks_per_node", |p| p.walks_per_node = 10_001),
+            ("walk_length", |p| p.walk_length = 1 << 32),
+            ("window", |p| p.window = usize::MAX),
+            ("negatives", |p| p.negatives = 1001),
             ("dimensions", |p| p.dimensions = 0),
             ("walks_per_node", |p| p.walks_per_node = 0),
             ("walk_length", |p| p.walk_length = 1),

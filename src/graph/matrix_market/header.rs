@@ -1,6 +1,7 @@
 //! The first two lines that count: what kind of matrix, and how large.
 
 use super::error::{MatrixMarketError, MatrixMarketFault as Fault, shorten};
+use crate::memory;
 
 /// What the weights are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,10 +117,9 @@ fn size(line: &str) -> Result<(usize, u64), Fault> {
     }
 }
 
-/// Whether the arrays of `nodes` isolated nodes could be allocated: three bytes of file may ask for gigabytes.
+/// Whether the arrays of `nodes` isolated nodes fit into half of the memory: three bytes of file may ask for gigabytes,
+/// which many systems promise to whoever asks, and end the program when it uses them.
 fn fits_in_memory(nodes: usize) -> bool {
-    const BYTES_PER_NODE: usize = 64;
-    Vec::<[u8; BYTES_PER_NODE]>::new()
-        .try_reserve_exact(nodes)
-        .is_ok()
+    const BYTES_PER_NODE: u64 = 64;
+    nodes as u64 * BYTES_PER_NODE <= memory::total() / 2
 }

@@ -36,14 +36,24 @@ pub(super) fn of_runs(runs: &[RecordedRun]) -> PageData {
 
 fn arm(run: &RecordedRun) -> Arm {
     let seed = &run.seeds[0];
-    let last = seed.episodes.len().saturating_sub(1);
+    let last = seed.num_episodes().saturating_sub(1);
     let layout = match run.scenario.world_in(seed.seed, last) {
         Ok(World::Grid(world)) => Some(world.layout().clone()),
         _ => None,
     };
-    let common = run.seeds.iter().map(|seed| seed.episodes.len()).min();
-    let blocks = blocks(common.unwrap_or(0), MAX_POINTS);
-    let mean = |value: fn(&EpisodeRow) -> f64| band(run, &blocks, value);
+    let ends: Vec<Vec<usize>> = run.seeds.iter().map(ends).collect();
+    let common = ends.iter().map(|ends| ends.last().copied().unwrap_or(0));
+    let blocks = blocks(common.min().unwrap_or(0), MAX_POINTS);
+    let rows =
+        |seed: usize, block: &Range<usize>| &run.seeds[seed].episodes[rows_of(&ends[seed], block)];
+    // Means over the episodes of each block.
+    let mean = |value: fn(&EpisodeRow) -> f64| {
+        short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
+            let rows = rows(seed, &blocks[i]);
+            let episodes: usize = rows.iter().map(|row| row.episodes).sum();
+            rows.iter().map(value).sum::<f64>() / episodes as f64
+        }))
+    };
     Arm {
         name: run.name.clone(),
         command: command(&run.arguments),
@@ -53,7 +63,7 @@ fn arm(run: &RecordedRun) -> Arm {
         length: mean(|row| row.length as f64),
         // The regret of a block is that at its end.
         regret: short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
-            run.seeds[seed].episodes[blocks[i].end - 1].regret
+            rows(seed, &blocks[i]).last().map_or(0.0, |row| row.regret)
         })),
         plain: Some(mean(|row| row.plain_return)),
         shaped: Some(mean(|row| row.shaped_return)),
@@ -66,12 +76,20 @@ fn arm(run: &RecordedRun) -> Arm {
     }
 }
 
-/// Means over the episodes of each block.
-fn band(run: &RecordedRun, blocks: &[Range<usize>], value: fn(&EpisodeRow) -> f64) -> Band {
-    short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
-        let rows = &run.seeds[seed].episodes[blocks[i].clone()];
-        rows.iter().map(value).sum::<f64>() / rows.len() as f64
-    }))
+/// The number of the last episode of each row, from 1.
+fn ends(seed: &RecordedSeed) -> Vec<usize> {
+    let add = |sum: &mut usize, row: &EpisodeRow| {
+        *sum += row.episodes;
+        Some(*sum)
+    };
+    seed.episodes.iter().scan(0, add).collect()
+}
+
+/// The rows that end in a block, up to the one that holds its last episode.
+fn rows_of(ends: &[usize], block: &Range<usize>) -> Range<usize> {
+    let last = ends.partition_point(|&end| end < block.end);
+    let first = ends.partition_point(|&end| end <= block.start);
+    first.min(last)..last + 1
 }
 
 /// What came of a run, in a sentence.

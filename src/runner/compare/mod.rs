@@ -24,6 +24,7 @@ pub use tables::Compared;
 pub use trials::Trial;
 
 use super::error::RunnerError;
+use super::estimate::require_memory;
 use super::folder::{Existing, FolderKind, RunFolder};
 use crate::error::Error;
 use crate::report::{Comparison, Tuning};
@@ -58,7 +59,7 @@ pub struct CompareRequest {
 /// Who watches a comparison, and may stop it.
 #[derive(Clone, Copy)]
 pub struct CompareWatch<'a> {
-    /// Set from anywhere: trials under way are given up after their episode, no new ones begin.
+    /// Set from anywhere: trials under way are given up, no new ones begin.
     pub stop: &'a AtomicBool,
     /// Told of each trial as it ends: the arm's name and what came of it.
     pub on_trial: &'a (dyn Fn(&str, &Trial) + Sync),
@@ -69,8 +70,8 @@ pub struct CompareWatch<'a> {
 pub struct CompareReport {
     /// Its numbers; none if it was stopped before every trial had ended.
     pub comparison: Option<Comparison>,
-    /// Its folder.
-    pub folder: PathBuf,
+    /// Its folder; nobody else writes there while this is kept.
+    pub folder: RunFolder,
 }
 
 impl CompareRequest {
@@ -101,9 +102,14 @@ pub fn compare(
     let arms = request.arms.iter().map(|name| lay(name));
     let arms: Vec<Arm> = arms.collect::<Result<_, _>>()?;
     let sparse = lay(BASELINE)?;
-    let name = &loaded.scenario.name;
+    let at_once = rayon::current_num_threads().min(request.num_trials());
+    for arm in arms.iter().chain([&sparse]) {
+        if let Ok(world) = arm.scenario.world(request.seeds[0]) {
+            require_memory(&arm.scenario, &world, at_once)?;
+        }
+    }
     let kind = FolderKind::Comparison;
-    let folder = RunFolder::open_kind(kind, request.out.as_deref(), name, request.existing)?;
+    let folder = RunFolder::open_kind(kind, request.out.as_deref(), loaded, request.existing)?;
     let field = Field {
         loaded,
         request,
@@ -117,7 +123,7 @@ pub fn compare(
     }
     Ok(CompareReport {
         comparison: comparison.map(|(comparison, _)| comparison),
-        folder: folder.path().to_owned(),
+        folder,
     })
 }
 

@@ -11,6 +11,7 @@ use crate::runner::trial::{TrialOutcome, run_trial};
 use crate::scenario::Arm;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 /// One seed of one arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +24,33 @@ pub struct Trial {
     pub course: Course,
     /// What the clock said.
     pub timing: TrialTiming,
+}
+
+impl Trial {
+    /// Checks that its course has three numbers for each block of episodes, the last of which ends with the last one.
+    ///
+    /// # Errors
+    /// The field that was cut short.
+    pub fn check(&self) -> Result<(), String> {
+        let course = &self.course;
+        let blocks = course.episodes.len();
+        for (field, values) in [("length", &course.length), ("regret", &course.regret)] {
+            if values.len() != blocks {
+                return Err(format!(
+                    "`course.{field}` has {} entries and `course.episodes` {blocks}: the file is damaged",
+                    values.len()
+                ));
+            }
+        }
+        let last = course.episodes.last().copied().unwrap_or(0);
+        if last == self.result.episodes {
+            return Ok(());
+        }
+        Err(format!(
+            "`course.episodes` ends with episode {last} of {}: the file is damaged",
+            self.result.episodes
+        ))
+    }
 }
 
 /// Trials of each arm, in the order of the seeds.
@@ -67,6 +95,9 @@ impl Field<'_> {
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
         }
+        if self.watch.stop.load(Ordering::Relaxed) {
+            return Ok(None); // before the world is made, which may take its time
+        }
         let first = seed == self.request.seeds[0];
         let keep = first.then(|| folder.join(seed_folder_name(seed)));
         let outcome = run_trial(&arm.scenario, seed, keep.as_deref(), self.watch.stop)?;
@@ -99,11 +130,11 @@ fn begin_arm(folder: &Path, arm: &Arm) -> Result<String, RunnerError> {
     Ok(hash(&resolved))
 }
 
-/// A finished trial of the same scenario. A file that cannot be read is run again.
+/// A finished trial of the same scenario. A file that cannot be read, or does not have all of it, is run again.
 fn finished(path: &Path, hash: &str) -> Option<Trial> {
     let text = std::fs::read_to_string(path).ok()?;
     let trial: Trial = serde_json::from_str(&text).ok()?;
-    (trial.hash == hash).then_some(trial)
+    (trial.hash == hash && trial.check().is_ok()).then_some(trial)
 }
 
 /// FNV-1a of the program's version and a resolved scenario (Fowler, Noll & Vo), in hexadecimal digits: the same on

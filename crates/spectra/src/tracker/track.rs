@@ -103,8 +103,11 @@ pub struct TrackReport {
     pub updates: Vec<TrackUpdate>,
     /// Sum of the updates' wall times.
     pub total_seconds: f64,
-    /// Eigenvalues of the whole graph, ascending.
+    /// Eigenvalues of the whole graph, ascending; none if it was interrupted.
     pub eigenvalues: Vec<f64>,
+    /// Whether whoever listened to the updates ended it before the whole graph was there.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "std::ops::Not::not"))]
+    pub interrupted: bool,
 }
 
 /// What [`track`] returns: the record, and the last pairs.
@@ -129,7 +132,7 @@ fn is_zero(count: &usize) -> bool {
 /// [`GrowingEigensolver::refresh`].
 ///
 /// # Panics
-/// If the operating system refuses threads; else as [`GrowingEigensolver::refresh`].
+/// As [`GrowingEigensolver::refresh`].
 pub fn track(
     graph: &SymmetricCsr,
     params: &TrackParams,
@@ -139,11 +142,12 @@ pub fn track(
     if params.threads == 1 {
         return follow(graph, params, &mut on_update);
     }
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(params.threads)
-        .build()
-        .expect("threads can be started")
-        .install(|| follow(graph, params, &mut on_update))
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(params.threads);
+    match pool.build() {
+        Ok(pool) => pool.install(|| follow(graph, params, &mut on_update)),
+        // The system refuses them: the result does not depend on how many there are.
+        Err(_) => follow(graph, &params.alone(), &mut on_update),
+    }
 }
 
 fn follow(
@@ -191,12 +195,21 @@ fn follow(
             total_seconds: updates.iter().map(|u| u.seconds).sum(),
             updates,
             eigenvalues: eigenpairs.values.clone(),
+            interrupted: false,
         },
         eigenpairs,
     })
 }
 
 impl TrackParams {
+    /// The same on one thread.
+    fn alone(&self) -> Self {
+        Self {
+            threads: 1,
+            ..self.clone()
+        }
+    }
+
     fn spectral(&self) -> SpectralParams {
         SpectralParams {
             num_eigenpairs: self.k,
@@ -210,6 +223,9 @@ impl TrackParams {
     }
 
     fn validate(&self, n: usize) -> Result<(), SpectralError> {
+        if self.k > n {
+            return Err(SpectralError::TooManyPairs { k: self.k, n });
+        }
         self.spectral().validate()?;
         let refuse =
             |name, value: String, rule| Err(SpectralError::Parameter { name, value, rule });
@@ -218,9 +234,6 @@ impl TrackParams {
         }
         if self.start_nodes == 0 {
             return refuse("start_nodes", self.start_nodes.to_string(), "at least 1");
-        }
-        if self.k > n {
-            return Err(SpectralError::TooManyPairs { k: self.k, n });
         }
         Ok(())
     }
