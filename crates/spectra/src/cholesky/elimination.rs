@@ -5,11 +5,11 @@
 //!
 //! A graph that grows is ordered anew only where it has changed. Eliminating a node changes nothing
 //! but its ancestors in the elimination tree, so every subtree whose nodes all have the neighbours they had is
-//! *frozen*: it keeps its order and enters the ordering of the rest as one element, the clique that
+//! *unchanged*: it keeps its order and enters the ordering of the rest as one element, the clique that
 //! its elimination leaves on its neighbours. Growth by 5 % at the border of a grid of 1e5 nodes touches
 //! 4 % of the old ones, in a maze 1 %. The steps:
 //!
-//! 1. *freeze*: which subtrees stay as they are ([`UnchangedSubtrees`]);
+//! 1. *keep*: which subtrees stay as they are ([`UnchangedSubtrees`]);
 //! 2. *relabel* the rest: in the previous order, each new node behind an old neighbour (breadth first
 //!    where there is no previous order), which costs the next step far fewer cache misses;
 //! 3. *minimum degree* ([`super::minimum_degree`]), and the elimination tree that follows from it;
@@ -54,13 +54,13 @@ impl EliminationOrder {
             return ordered(laplacian, nothing, &breadth_first(laplacian), fingerprint);
         };
         let is_stale = n as f64 > REGROWN * previous.ordered_whole as f64;
-        let frozen = if is_stale {
+        let unchanged = if is_stale {
             UnchangedSubtrees::nothing(previous)
         } else {
             UnchangedSubtrees::new(previous, &fingerprint)
         };
-        let rest = appended(laplacian, previous, &frozen);
-        ordered(laplacian, (previous, &frozen), &rest, fingerprint)
+        let rest = appended(laplacian, previous, &unchanged);
+        ordered(laplacian, (previous, &unchanged), &rest, fingerprint)
     }
 }
 
@@ -108,14 +108,14 @@ impl EliminationOrder {
     }
 }
 
-/// Orders the nodes `rest` behind the frozen subtrees they border on.
+/// Orders the nodes `rest` behind the unchanged subtrees they border on.
 fn ordered(
     laplacian: &Laplacian<'_>,
-    (previous, frozen): (&EliminationOrder, &UnchangedSubtrees),
+    (previous, unchanged): (&EliminationOrder, &UnchangedSubtrees),
     rest: &[u32],
     fingerprint: Vec<u64>,
 ) -> EliminationOrder {
-    let graph = quotient(laplacian, (previous, frozen), rest);
+    let graph = quotient(laplacian, (previous, unchanged), rest);
     let sequence = minimum_degree(&graph);
     let parent = elimination_tree(&graph, &sequence);
     let (order, trees) = postorder(&parent);
@@ -124,14 +124,14 @@ fn ordered(
     for &i in &order {
         starts.push(spliced.node.len());
         let i = i as usize;
-        match frozen.stretches.get(i) {
+        match unchanged.stretches.get(i) {
             Some(stretch) => spliced.copy(previous, stretch.clone()),
-            None => spliced.push(rest[sequence[i - frozen.stretches.len()] as usize]),
+            None => spliced.push(rest[sequence[i - unchanged.stretches.len()] as usize]),
         }
     }
     starts.push(spliced.node.len());
     spliced.link(&order, &parent, &starts);
-    let ordered_whole = match frozen.stretches.is_empty() {
+    let ordered_whole = match unchanged.stretches.is_empty() {
         true => laplacian.dim(),
         false => previous.ordered_whole,
     };
@@ -162,7 +162,7 @@ impl Spliced {
         }
     }
 
-    /// A frozen subtree: the same tree, further up or down.
+    /// An unchanged subtree: the same tree, further up or down.
     fn copy(&mut self, previous: &EliminationOrder, stretch: Range<usize>) {
         let (from, to) = (stretch.start as u32, self.node.len() as u32);
         self.node.extend_from_slice(&previous.node[stretch.clone()]);
@@ -176,7 +176,7 @@ impl Spliced {
         self.parent.push(ROOT);
     }
 
-    /// Hangs the roots of frozen subtrees and the other nodes, `order` by their postorder, below their parents. Each takes up
+    /// Hangs the roots of unchanged subtrees and the other nodes, `order` by their postorder, below their parents. Each takes up
     /// the positions between two of `starts` and is known by the last of them.
     fn link(&mut self, order: &[u32], parent: &[u32], starts: &[usize]) {
         let mut place = vec![0; order.len()];
@@ -191,10 +191,10 @@ impl Spliced {
     }
 }
 
-/// The graph on `rest`, with an element for each frozen subtree.
+/// The graph on `rest`, with an element for each unchanged subtree.
 fn quotient(
     laplacian: &Laplacian<'_>,
-    (previous, frozen): (&EliminationOrder, &UnchangedSubtrees),
+    (previous, unchanged): (&EliminationOrder, &UnchangedSubtrees),
     rest: &[u32],
 ) -> QuotientGraph {
     let mut number = vec![NONE; laplacian.dim()];
@@ -203,7 +203,7 @@ fn quotient(
     }
     let mut graph = QuotientGraph {
         starts: vec![0],
-        elements: frozen.stretches.len(),
+        elements: unchanged.stretches.len(),
         ..Default::default()
     };
     // Which node last listed each element.
@@ -212,7 +212,7 @@ fn quotient(
         for &v in laplacian.row(u as usize).0.iter().filter(|&&v| v != u) {
             let mut j = number[v as usize];
             if j == NONE {
-                let element = frozen.owner[previous.position[v as usize] as usize];
+                let element = unchanged.owner[previous.position[v as usize] as usize];
                 if std::mem::replace(&mut listed[element as usize], i as u32) == i as u32 {
                     continue;
                 }
@@ -249,11 +249,11 @@ fn inverse(permutation: &[u32]) -> Vec<u32> {
     inverse
 }
 
-/// The previous order without what is frozen, and each new node behind one of its neighbours.
+/// The previous order without what is unchanged, and each new node behind one of its neighbours.
 fn appended(
     laplacian: &Laplacian<'_>,
     previous: &EliminationOrder,
-    frozen: &UnchangedSubtrees,
+    unchanged: &UnchangedSubtrees,
 ) -> Vec<u32> {
     let old = previous.node.len();
     let mut anchors: Vec<u32> = Vec::with_capacity(laplacian.dim() - old);
@@ -271,7 +271,7 @@ fn appended(
         anchors.push(anchor.min().unwrap_or(old as u32));
     }
     let mut order: Vec<(u32, u32)> = (0..old)
-        .filter(|&position| frozen.owner[position] == NONE)
+        .filter(|&position| unchanged.owner[position] == NONE)
         .map(|position| (position as u32, previous.node[position]))
         .collect();
     order.extend(anchors.iter().copied().zip(old as u32..));

@@ -1,8 +1,8 @@
 //! M = L + σI = C Cᵀ by sparse Cholesky, and the inertia of L − μI by C S Cᵀ, S = diag(±1).
 //!
-//! The elimination tree is cut into pieces ([`super::subtrees`]), each factored by fronts
-//! ([`super::multifrontal`]) and solved with ([`super::triangular`]) on its own, and a top that joins
-//! them: first all pieces, then the top; on the way back first the top. Subtrees are what threads share.
+//! The elimination tree is cut into parts ([`super::subtrees`]), each factored by fronts
+//! ([`super::multifrontal`]) and solved with ([`super::triangular`]) on its own, and a separator that joins
+//! them: first all parts, then the separator; on the way back first the separator. Parts are what threads share.
 //!
 //! Sylvester's law of inertia: L − μI has as many negative pivots as L has eigenvalues below μ.
 
@@ -12,7 +12,7 @@ use super::inertia::Inertia;
 use super::levels::eliminate_by_levels;
 use super::multifrontal::{Columns, Remainder, Task, eliminate};
 use super::permuted::PermutedLaplacian;
-use super::subtrees::{Piece, Subtrees};
+use super::subtrees::{Part, Subtrees};
 use super::triangular::{Backward, Forward};
 use crate::block::simd::for_each_panel;
 use crate::block::{LANES, RowBlock};
@@ -23,7 +23,7 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct CholeskyFactor {
     structure: Subtrees,
-    /// Those of each piece in turn, then those of the top.
+    /// Those of each part in turn, then those of the separator.
     values: Vec<f64>,
     threads: usize,
 }
@@ -85,11 +85,10 @@ impl CholeskyFactor {
     ) -> Result<(), NotPositiveDefinite> {
         self.values.resize(self.num_values(), 0.0);
         let mut rest = &mut self.values[..];
-        let values = self.structure.all().map(|piece| {
-            let (own, after) =
-                std::mem::take(&mut rest).split_at_mut(piece.supernodes.num_values());
+        let values = self.structure.all().map(|part| {
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(part.supernodes.num_values());
             rest = after;
-            Columns::WarmStart(own)
+            Columns::Kept(own)
         });
         let task = Task {
             laplacian,
@@ -121,61 +120,63 @@ impl CholeskyFactor {
     /// x ← (L + σI)⁻¹ x.
     pub(crate) fn solve(&self, x: &mut RowBlock) {
         let width = x.width();
-        let mut tops = self.top_parts(x);
+        let mut blocks = self.separator_blocks(x);
         let mut shares = self.shares(x);
         self.each(&mut shares, |share| share.forward(width));
-        self.each(&mut tops, |top| {
-            shares.iter().for_each(|share| top.add(share));
-            top.solve(self);
+        self.each(&mut blocks, |separator| {
+            shares.iter().for_each(|share| separator.add(share));
+            separator.solve(self);
         });
         self.each(&mut shares, |share| {
-            tops.iter().for_each(|top| top.hand_down(share));
+            blocks
+                .iter()
+                .for_each(|separator| separator.hand_down(share));
             share.backward(width);
         });
-        for top in &tops {
-            for j in 0..top.block.rows() {
-                x.row_mut(self.structure.top.column(j))[top.columns.clone()]
-                    .copy_from_slice(top.block.row(j));
+        for separator in &blocks {
+            for j in 0..separator.block.rows() {
+                x.row_mut(self.structure.separator.column(j))[separator.columns.clone()]
+                    .copy_from_slice(separator.block.row(j));
             }
         }
     }
 
-    /// The top's rows of `x`. Threads share its columns, which never meet.
-    fn top_parts(&self, x: &RowBlock) -> Vec<TopPart> {
-        let top = &self.structure.top;
+    /// The separator's rows of `x`. Threads share its columns, which never meet.
+    fn separator_blocks(&self, x: &RowBlock) -> Vec<SeparatorBlock> {
+        let separator = &self.structure.separator;
         let lanes = x.width() / LANES;
         let parts = self.threads.clamp(1, lanes);
         let part = |p: usize| {
             let columns = p * lanes / parts * LANES..(p + 1) * lanes / parts * LANES;
-            let mut block = RowBlock::zeros(top.num_columns(), columns.len());
+            let mut block = RowBlock::zeros(separator.num_columns(), columns.len());
             for j in 0..block.rows() {
                 block
                     .row_mut(j)
-                    .copy_from_slice(&x.row(top.column(j))[columns.clone()]);
+                    .copy_from_slice(&x.row(separator.column(j))[columns.clone()]);
             }
-            TopPart { columns, block }
+            SeparatorBlock { columns, block }
         };
         (0..parts).map(part).collect()
     }
 
-    /// What each piece works on.
+    /// What each part works on.
     fn shares<'a>(&'a self, x: &'a mut RowBlock) -> Vec<Share<'a>> {
         let width = x.width();
         let mut rest = x.as_mut_slice();
         let (mut values, mut position) = (&self.values[..], 0);
-        let mut shares = Vec::with_capacity(self.structure.pieces.len());
-        for piece in &self.structure.pieces {
-            let first = piece.column(0);
+        let mut shares = Vec::with_capacity(self.structure.parts.len());
+        for part in &self.structure.parts {
+            let first = part.column(0);
             let skipped = &mut std::mem::take(&mut rest)[(first - position) * width..];
-            let (own, after) = skipped.split_at_mut(piece.num_columns() * width);
-            let (its, others) = values.split_at(piece.supernodes.num_values());
+            let (own, after) = skipped.split_at_mut(part.num_columns() * width);
+            let (its, others) = values.split_at(part.supernodes.num_values());
             (rest, values) = (after, others);
-            position = first + piece.num_columns();
+            position = first + part.num_columns();
             shares.push(Share {
-                piece,
+                part,
                 values: its,
                 own,
-                outside: RowBlock::zeros(piece.boundary_in_top().len(), width),
+                outside: RowBlock::zeros(part.boundary_in_separator().len(), width),
             });
         }
         shares
@@ -190,17 +191,16 @@ impl CholeskyFactor {
     }
 }
 
-/// Eliminates all pieces, then the top.
+/// Eliminates all parts, then the separator.
 fn run(
     task: Task<'_>,
     structure: &Subtrees,
     mut columns: Vec<Columns<'_>>,
 ) -> Result<Pivots, BadPivot> {
-    let for_top = columns.pop().expect("the last is the top's");
+    let for_separator = columns.pop().expect("the last is the separator's");
     let alone = Task { threads: 1, ..task };
-    let work =
-        |(piece, columns): (&Piece, Columns<'_>)| eliminate(alone, piece, columns, (&[], &[]));
-    let jobs = structure.pieces.iter().zip(columns);
+    let work = |(part, columns): (&Part, Columns<'_>)| eliminate(alone, part, columns, (&[], &[]));
+    let jobs = structure.parts.iter().zip(columns);
     let remainders: Result<Vec<Remainder>, BadPivot> = if task.threads > 1 {
         let jobs: Vec<_> = jobs.collect();
         jobs.into_par_iter().with_max_len(1).map(work).collect()
@@ -209,17 +209,19 @@ fn run(
     };
     let remainders = remainders?;
     let entering = (&structure.incoming[..], &remainders[..]);
-    let top = if task.threads > 1 {
-        eliminate_by_levels(task, &structure.top, for_top, entering)?
+    let separator = if task.threads > 1 {
+        eliminate_by_levels(task, &structure.separator, for_separator, entering)?
     } else {
-        eliminate(task, &structure.top, for_top, entering)?.pivots
+        eliminate(task, &structure.separator, for_separator, entering)?.pivots
     };
-    Ok(remainders.iter().fold(top, |all, r| all.join(r.pivots)))
+    Ok(remainders
+        .iter()
+        .fold(separator, |all, r| all.join(r.pivots)))
 }
 
-/// A piece, its part of the factor and of a block.
+/// A part of the structure, with its share of the factor and of a block.
 struct Share<'a> {
-    piece: &'a Piece,
+    part: &'a Part,
     values: &'a [f64],
     own: &'a mut [f64],
     outside: RowBlock,
@@ -230,7 +232,7 @@ impl Share<'_> {
         for_each_panel(
             width,
             Forward {
-                supernodes: &self.piece.supernodes,
+                supernodes: &self.part.supernodes,
                 values: self.values,
                 own: self.own,
                 outside: self.outside.as_mut_slice(),
@@ -242,7 +244,7 @@ impl Share<'_> {
         for_each_panel(
             width,
             Backward {
-                supernodes: &self.piece.supernodes,
+                supernodes: &self.part.supernodes,
                 values: self.values,
                 own: self.own,
                 outside: self.outside.as_slice(),
@@ -251,16 +253,16 @@ impl Share<'_> {
     }
 }
 
-/// Some columns of the top's rows of a block.
-struct TopPart {
+/// Some columns of the separator's rows of a block.
+struct SeparatorBlock {
     columns: Range<usize>,
     block: RowBlock,
 }
 
-impl TopPart {
-    /// Adds what a piece has done to its boundary.
+impl SeparatorBlock {
+    /// Adds what a part has done to its boundary.
     fn add(&mut self, share: &Share<'_>) {
-        for (k, &row) in share.piece.boundary_in_top().iter().enumerate() {
+        for (k, &row) in share.part.boundary_in_separator().iter().enumerate() {
             let source = &share.outside.row(k)[self.columns.clone()];
             for (t, v) in self.block.row_mut(row as usize).iter_mut().zip(source) {
                 *t += v;
@@ -268,16 +270,16 @@ impl TopPart {
         }
     }
 
-    /// Overwrites a piece's boundary by the solution there.
+    /// Overwrites a part's boundary by the solution there.
     fn hand_down(&self, share: &mut Share<'_>) {
-        for (k, &row) in share.piece.boundary_in_top().iter().enumerate() {
+        for (k, &row) in share.part.boundary_in_separator().iter().enumerate() {
             share.outside.row_mut(k)[self.columns.clone()]
                 .copy_from_slice(self.block.row(row as usize));
         }
     }
 
     fn solve(&mut self, factor: &CholeskyFactor) {
-        let supernodes = &factor.structure.top.supernodes;
+        let supernodes = &factor.structure.separator.supernodes;
         let values = &factor.values[factor.values.len() - supernodes.num_values()..];
         let width = self.columns.len();
         for_each_panel(
@@ -323,7 +325,7 @@ mod tests {
         b
     }
 
-    /// One piece or several, small fronts or large ones, with rows of the boundary or without.
+    /// One part or several, small fronts or large ones, with rows of the boundary or without.
     fn graphs() -> Vec<SymmetricCsr> {
         let parts = [
             testing::grid(50, 60),

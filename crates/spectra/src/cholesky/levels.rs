@@ -1,23 +1,23 @@
-//! The fronts of one piece, shared among threads: those of equal height in the tree at a time.
+//! The fronts of one part, shared among threads: those of equal height in the tree at a time.
 //!
 //! A front needs the updates of its children only, which are lower (Liu 1990). Each takes them in the
 //! order in which one thread would, so that the factor is the same to the last bit.
 
 use super::dense_front::{BadPivot, Pivots};
 use super::multifrontal::{Columns, Fronts, Remainder, Task};
-use super::subtrees::{Incoming, Piece};
+use super::subtrees::{Incoming, Part};
 use super::supernodes::Supernodes;
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// Eliminates the columns of `piece`, which has no rows beyond them.
+/// Eliminates the columns of `part`, which has no rows beyond them.
 pub(crate) fn eliminate_by_levels(
     task: Task<'_>,
-    piece: &Piece,
+    part: &Part,
     columns: Columns<'_>,
     others: (&[Incoming], &[Remainder]),
 ) -> Result<Pivots, BadPivot> {
-    let supernodes = &piece.supernodes;
+    let supernodes = &part.supernodes;
     let tree = Tree::new(supernodes);
     let mut panels = split(columns, supernodes);
     let mut updates: Vec<Vec<f64>> = vec![Vec::new(); supernodes.len()];
@@ -35,7 +35,7 @@ pub(crate) fn eliminate_by_levels(
         };
         let done: Result<Vec<_>, BadPivot> = jobs
             .into_par_iter()
-            .map_init(|| Fronts::new(task, piece, others), eliminate)
+            .map_init(|| Fronts::new(task, part, others), eliminate)
             .collect();
         for (&s, (update, found)) in level.iter().zip(done?) {
             for &child in &tree.children[s as usize] {
@@ -50,7 +50,7 @@ pub(crate) fn eliminate_by_levels(
 
 /// Each supernode's part of the values, `None` where the columns are not kept.
 fn split<'a>(columns: Columns<'a>, supernodes: &Supernodes) -> Vec<Option<&'a mut [f64]>> {
-    let Columns::WarmStart(mut rest) = columns else {
+    let Columns::Kept(mut rest) = columns else {
         return (0..supernodes.len()).map(|_| None).collect();
     };
     let mut panels = Vec::with_capacity(supernodes.len());
@@ -71,7 +71,7 @@ fn one_front(
     children: &[u32],
     updates: &[Vec<f64>],
 ) -> Result<(Vec<f64>, Pivots), BadPivot> {
-    let supernodes = &fronts.piece.supernodes;
+    let supernodes = &fronts.part.supernodes;
     let shape = supernodes.shape(s);
     let mut forgotten = Vec::new();
     let panel = panel.unwrap_or_else(|| {
@@ -87,7 +87,7 @@ fn one_front(
     Ok((update, pivots))
 }
 
-/// The tree of a piece's supernodes.
+/// The tree of a part's supernodes.
 struct Tree {
     /// Of each supernode, ascending.
     children: Vec<Vec<u32>>,

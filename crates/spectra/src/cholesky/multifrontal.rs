@@ -1,4 +1,4 @@
-//! A = C S Cᵀ by the multifrontal method (Duff & Reid 1983; Liu 1992), for one piece of a factor.
+//! A = C S Cᵀ by the multifrontal method (Duff & Reid 1983; Liu 1992), for one part of a factor.
 //!
 //! Each supernode assembles a dense *front*: its columns of the matrix, and what the elimination of
 //! its children left behind. It eliminates its columns and leaves an update for its parent. In
@@ -7,13 +7,13 @@
 
 use super::dense_front::{BadPivot, Definiteness, Front, Pivots};
 use super::permuted::PermutedLaplacian;
-use super::subtrees::{Incoming, Piece};
+use super::subtrees::{Incoming, Part};
 use super::supernodes::Shape;
 
 /// Where the eliminated columns go.
 pub(crate) enum Columns<'a> {
     /// All of the factor's values.
-    WarmStart(&'a mut [f64]),
+    Kept(&'a mut [f64]),
     Forgotten,
 }
 
@@ -27,7 +27,7 @@ pub(crate) struct Task<'a> {
     pub(crate) threads: usize,
 }
 
-/// What the elimination of a piece leaves.
+/// What the elimination of a part leaves.
 #[derive(Debug, Default)]
 pub(crate) struct Remainder {
     pub(crate) pivots: Pivots,
@@ -43,10 +43,10 @@ impl Remainder {
     }
 }
 
-/// Eliminates the columns of `piece`. `incoming` are updates from other pieces, which `others` hold.
+/// Eliminates the columns of `part`. `incoming` are updates from other parts, which `others` hold.
 pub(crate) fn eliminate(
     task: Task<'_>,
-    piece: &Piece,
+    part: &Part,
     columns: Columns<'_>,
     (incoming, others): (&[Incoming], &[Remainder]),
 ) -> Result<Remainder, BadPivot> {
@@ -54,7 +54,7 @@ pub(crate) fn eliminate(
         #[inline(always)]
         || {
             let mut worker = Worker {
-                fronts: Fronts::new(task, piece, (incoming, others)),
+                fronts: Fronts::new(task, part, (incoming, others)),
                 stack: Vec::new(),
                 pending: Vec::new(),
             };
@@ -76,11 +76,11 @@ impl Worker<'_> {
     fn run(&mut self, mut columns: Columns<'_>) -> Result<Remainder, BadPivot> {
         let mut pivots = Pivots::default();
         let mut scratch = Vec::new();
-        let supernodes = &self.fronts.piece.supernodes;
+        let supernodes = &self.fronts.part.supernodes;
         for s in 0..supernodes.len() {
             let shape = supernodes.shape(s);
             let panel = match &mut columns {
-                Columns::WarmStart(values) => &mut values[shape.values.clone()],
+                Columns::Kept(values) => &mut values[shape.values.clone()],
                 Columns::Forgotten => {
                     scratch.resize(shape.values.len(), 0.0);
                     &mut scratch[..]
@@ -131,10 +131,10 @@ impl Worker<'_> {
 /// Assembles and eliminates one front after another.
 pub(crate) struct Fronts<'a> {
     task: Task<'a>,
-    pub(crate) piece: &'a Piece,
+    pub(crate) part: &'a Part,
     incoming: &'a [Incoming],
     others: &'a [Remainder],
-    /// Row of the piece → row of the present front.
+    /// Row of the part → row of the present front.
     place: Vec<u32>,
     /// The same for the rows of the present child.
     at: Vec<u32>,
@@ -142,18 +142,18 @@ pub(crate) struct Fronts<'a> {
 }
 
 impl<'a> Fronts<'a> {
-    /// `incoming` are updates from other pieces, which `others` hold.
+    /// `incoming` are updates from other parts, which `others` hold.
     pub(crate) fn new(
         task: Task<'a>,
-        piece: &'a Piece,
+        part: &'a Part,
         (incoming, others): (&'a [Incoming], &'a [Remainder]),
     ) -> Self {
         Self {
             task,
-            piece,
+            part,
             incoming,
             others,
-            place: vec![0; piece.num_rows()],
+            place: vec![0; part.num_rows()],
             at: Vec::new(),
             signs: Vec::new(),
         }
@@ -187,7 +187,7 @@ impl<'a> Fronts<'a> {
             .iter()
             .take_while(|i| i.rows[0] < end)
         {
-            let child = self.others[i.piece].update(i.root, i.rows.len());
+            let child = self.others[i.part].update(i.root, i.rows.len());
             self.add(shape, panel, update, (&i.rows, child));
         }
         let mut front = Front {
@@ -204,12 +204,12 @@ impl<'a> Fronts<'a> {
     fn scatter_matrix(&self, shape: &Shape<'_>, panel: &mut [f64]) {
         let height = shape.height();
         for c in 0..shape.size {
-            let j = self.piece.column(shape.first + c);
+            let j = self.part.column(shape.first + c);
             let column = &mut panel[c * height..(c + 1) * height];
             column[c] = self.task.laplacian.diagonal(j) + self.task.shift;
             let (rows, values) = self.task.laplacian.below(j);
             for (&row, &value) in rows.iter().zip(values) {
-                column[self.place[self.piece.local(row)] as usize] = value;
+                column[self.place[self.part.local(row)] as usize] = value;
             }
         }
     }

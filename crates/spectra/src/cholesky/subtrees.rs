@@ -1,6 +1,6 @@
-//! A factor in pieces that do not depend on one another, and the top that depends on all of them.
+//! The subtrees of a factor, which do not depend on one another, and the separator above, which depends on all of them.
 //!
-//! Columns in different subtrees of the elimination tree never meet (Liu 1990): each piece is a
+//! Columns in different subtrees of the elimination tree never meet (Liu 1990): each part is a
 //! stretch of whole subtrees, factored and solved with on its own. What it does to the columns above
 //! goes through its *boundary*, the rows outside that its columns fill. The cut depends on the tree
 //! alone, so that results do not depend on the number of threads.
@@ -11,13 +11,13 @@ use super::supernodes::Supernodes;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Subtrees that a large tree is cut into, about.
-const PIECES: usize = 24;
+/// Parts that a large tree is cut into, about.
+const PARTS: usize = 24;
 
-/// Least number of columns of which pieces are made.
+/// Least number of columns of which parts are made.
 const LEAST_COLUMNS: usize = 1024;
 
-/// Which columns of the matrix a piece has.
+/// Which columns of the matrix a part has.
 #[derive(Clone, Debug)]
 enum Columns {
     Stretch(Range<usize>),
@@ -25,35 +25,35 @@ enum Columns {
     Scattered(Vec<u32>),
 }
 
-/// Some columns of the factor. Rows are numbered: first its own columns, then its boundary.
+/// A part of the factor: some of its columns. Rows are numbered: first its own columns, then its boundary.
 #[derive(Clone, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct Part {
     columns: Columns,
     /// Rows outside, ascending, in the numbering of the matrix.
     boundary: Vec<u32>,
-    /// The same rows in the numbering of the top.
-    in_top: Vec<u32>,
+    /// The same rows in the numbering of the separator.
+    in_separator: Vec<u32>,
     pub(crate) supernodes: Supernodes,
     /// Supernodes whose parents are outside.
     pub(crate) roots: Vec<u32>,
 }
 
-/// An update that the top takes from a piece.
+/// An update that the separator takes from a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Incoming {
-    pub(crate) piece: usize,
-    /// Which of the piece's roots.
+    pub(crate) part: usize,
+    /// Which of the part's roots.
     pub(crate) root: usize,
-    /// Its rows in the numbering of the top.
+    /// Its rows in the numbering of the separator.
     pub(crate) rows: Vec<u32>,
 }
 
-/// All pieces and the top.
+/// The subtrees of a factor, in parts of like size, and the separator.
 #[derive(Clone, Debug)]
 pub(crate) struct Subtrees {
-    pub(crate) pieces: Vec<Piece>,
-    pub(crate) top: Piece,
-    /// By the column of the top that each one enters.
+    pub(crate) parts: Vec<Part>,
+    pub(crate) separator: Part,
+    /// By the column of the separator that each one enters.
     pub(crate) incoming: Vec<Incoming>,
 }
 
@@ -65,31 +65,35 @@ impl Subtrees {
         parent: &[u32],
         threads: usize,
     ) -> Option<Self> {
-        let (stretches, top) = cut(parent);
-        let piece = |stretch: &Range<usize>| Piece::below(laplacian, stretch.clone(), &top);
-        let pieces: Option<Vec<Piece>> = if threads > 1 {
-            stretches.par_iter().map(piece).collect()
+        let (stretches, separator) = cut(parent);
+        let part = |stretch: &Range<usize>| Part::below(laplacian, stretch.clone(), &separator);
+        let parts: Option<Vec<Part>> = if threads > 1 {
+            stretches.par_iter().map(part).collect()
         } else {
-            stretches.iter().map(piece).collect()
+            stretches.iter().map(part).collect()
         };
-        let pieces = pieces?;
-        let incoming = incoming(&pieces);
-        let top = Piece::top(laplacian, top, &incoming)?;
+        let parts = parts?;
+        let incoming = incoming(&parts);
+        let separator = Part::separator(laplacian, separator, &incoming)?;
         Some(Self {
-            pieces,
-            top,
+            parts,
+            separator,
             incoming,
         })
     }
 
-    /// The pieces and, last, the top.
-    pub(crate) fn all(&self) -> impl Iterator<Item = &Piece> {
-        self.pieces.iter().chain([&self.top])
+    /// The parts and, last, the separator.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Part> {
+        self.parts.iter().chain([&self.separator])
     }
 }
 
-impl Piece {
-    fn below(laplacian: &PermutedLaplacian, columns: Range<usize>, top: &[u32]) -> Option<Self> {
+impl Part {
+    fn below(
+        laplacian: &PermutedLaplacian,
+        columns: Range<usize>,
+        separator: &[u32],
+    ) -> Option<Self> {
         let first = columns.start as u32;
         let mut supernodes = Supernodes::new(
             columns.len(),
@@ -116,14 +120,17 @@ impl Piece {
         boundary.iter_mut().for_each(|row| *row += first);
         Some(Self {
             columns: Columns::Stretch(columns),
-            in_top: boundary.iter().map(|&row| index_in(top, row)).collect(),
+            in_separator: boundary
+                .iter()
+                .map(|&row| index_in(separator, row))
+                .collect(),
             boundary,
             supernodes,
             roots,
         })
     }
 
-    fn top(
+    fn separator(
         laplacian: &PermutedLaplacian,
         columns: Vec<u32>,
         incoming: &[Incoming],
@@ -138,13 +145,13 @@ impl Piece {
         Some(Self {
             columns: Columns::Scattered(columns),
             boundary: Vec::new(),
-            in_top: Vec::new(),
+            in_separator: Vec::new(),
             supernodes,
             roots: Vec::new(),
         })
     }
 
-    /// Column `j` of the piece in the numbering of the matrix.
+    /// Column `j` of the part in the numbering of the matrix.
     pub(crate) fn column(&self, j: usize) -> usize {
         match &self.columns {
             Columns::Stretch(range) => range.start + j,
@@ -152,7 +159,7 @@ impl Piece {
         }
     }
 
-    /// Row of the matrix in the numbering of the piece.
+    /// Row of the matrix in the numbering of the part.
     #[inline(always)]
     pub(crate) fn local(&self, row: u32) -> usize {
         match &self.columns {
@@ -162,9 +169,9 @@ impl Piece {
         }
     }
 
-    /// Rows of the boundary in the numbering of the top, ascending.
-    pub(crate) fn boundary_in_top(&self) -> &[u32] {
-        &self.in_top
+    /// Rows of the boundary in the numbering of the separator, ascending.
+    pub(crate) fn boundary_in_separator(&self) -> &[u32] {
+        &self.in_separator
     }
 
     pub(crate) fn num_columns(&self) -> usize {
@@ -186,17 +193,17 @@ fn index_in(ascending: &[u32], value: u32) -> u32 {
 /// Stretches of whole subtrees, and the columns above all of them.
 fn cut(parent: &[u32]) -> (Vec<Range<usize>>, Vec<u32>) {
     let n = parent.len();
-    let limit = (n.div_ceil(PIECES)).max(LEAST_COLUMNS);
+    let limit = (n.div_ceil(PARTS)).max(LEAST_COLUMNS);
     let mut size = vec![1u32; n];
     for j in 0..n {
         if parent[j] != ROOT {
             size[parent[j] as usize] += size[j];
         }
     }
-    let (mut stretches, mut top): (Vec<Range<usize>>, _) = (Vec::new(), Vec::new());
+    let (mut stretches, mut separator): (Vec<Range<usize>>, _) = (Vec::new(), Vec::new());
     for j in 0..n {
         if size[j] as usize > limit {
-            top.push(j as u32);
+            separator.push(j as u32);
         } else if parent[j] == ROOT || size[parent[j] as usize] as usize > limit {
             let subtree = j + 1 - size[j] as usize..j + 1;
             match stretches.last_mut() {
@@ -207,25 +214,25 @@ fn cut(parent: &[u32]) -> (Vec<Range<usize>>, Vec<u32>) {
             }
         }
     }
-    (stretches, top)
+    (stretches, separator)
 }
 
-/// What leaves the pieces, by the column of the top where it enters.
-fn incoming(pieces: &[Piece]) -> Vec<Incoming> {
+/// What leaves the parts, by the column of the separator where it enters.
+fn incoming(parts: &[Part]) -> Vec<Incoming> {
     let mut all = Vec::new();
-    for (p, piece) in pieces.iter().enumerate() {
-        let own = piece.num_columns();
-        for (root, &s) in piece.roots.iter().enumerate() {
-            let rows = piece.supernodes.shape(s as usize).rows;
-            let in_top = |&row: &u32| piece.in_top[row as usize - own];
+    for (p, part) in parts.iter().enumerate() {
+        let own = part.num_columns();
+        for (root, &s) in part.roots.iter().enumerate() {
+            let rows = part.supernodes.shape(s as usize).rows;
+            let in_separator = |&row: &u32| part.in_separator[row as usize - own];
             all.push(Incoming {
-                piece: p,
+                part: p,
                 root,
-                rows: rows.iter().map(in_top).collect(),
+                rows: rows.iter().map(in_separator).collect(),
             });
         }
     }
-    all.sort_by_key(|i| (i.rows[0], i.piece, i.root));
+    all.sort_by_key(|i| (i.rows[0], i.part, i.root));
     all
 }
 
@@ -246,21 +253,21 @@ mod tests {
         let n = graph.num_nodes();
         let laplacian = Laplacian::new(&graph, LaplacianKind::Normalized);
         let order = EliminationOrder::new(&laplacian, None);
-        let (stretches, top) = cut(&order.parent);
+        let (stretches, separator) = cut(&order.parent);
         let mut owner = vec![usize::MAX; n];
         for (p, stretch) in stretches.iter().enumerate() {
             owner[stretch.clone()].iter_mut().for_each(|o| *o = p);
         }
         let owned = owner.iter().filter(|&&o| o != usize::MAX).count();
         assert_eq!(owned, stretches.iter().map(Range::len).sum::<usize>());
-        assert_eq!(owned + top.len(), n);
-        assert!(top.iter().all(|&j| owner[j as usize] == usize::MAX));
-        assert!(stretches.len() > 1 && !top.is_empty());
+        assert_eq!(owned + separator.len(), n);
+        assert!(separator.iter().all(|&j| owner[j as usize] == usize::MAX));
+        assert!(stretches.len() > 1 && !separator.is_empty());
         for (j, &p) in order.parent.iter().enumerate() {
             if p != ROOT && owner[p as usize] != usize::MAX {
                 assert_eq!(
                     owner[j], owner[p as usize],
-                    "a child of a piece is in the piece"
+                    "a child of a part is in the part"
                 );
             }
         }

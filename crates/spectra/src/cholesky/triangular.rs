@@ -1,11 +1,11 @@
-//! C Cᵀ x = b for all columns of a block at once, with one piece of a sparse Cholesky factor.
+//! C Cᵀ x = b for all columns of a block at once, with one part of a sparse Cholesky factor.
 //!
 //! Forward and backward substitution (Davis, *Direct Methods for Sparse Linear Systems*, 2006,
 //! section 3.2) read the factor once for all columns: each entry meets one row of the block, which
 //! is a few whole SIMD registers, and within a supernode several rows of the block stay in registers.
 //! The factor holds 1 / C_jj on its diagonal, so that nothing divides.
 //!
-//! A piece has a block for its own rows and one for its boundary.
+//! A part has a block for its own rows and one for its boundary.
 
 use super::supernodes::{Shape, Supernodes};
 use crate::block::simd::{Panel, PanelKernel};

@@ -5,7 +5,7 @@ use super::elimination::EliminationOrder;
 use super::etree::ROOT;
 use std::ops::Range;
 
-/// Part of no frozen subtree.
+/// Part of no unchanged subtree.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// The largest subtrees that have not changed.
@@ -80,16 +80,16 @@ mod tests {
         let mut fingerprint = vec![0; 10];
         // Position 1 is node 7; node 9 is new.
         fingerprint[7] = 1;
-        let frozen = UnchangedSubtrees::new(&previous, &fingerprint);
-        assert_eq!(frozen.stretches, [0..1, 3..5, 5..6, 7..9]);
-        assert_eq!(frozen.owner, [0, NONE, NONE, 1, 1, 2, NONE, 3, 3]);
+        let unchanged = UnchangedSubtrees::new(&previous, &fingerprint);
+        assert_eq!(unchanged.stretches, [0..1, 3..5, 5..6, 7..9]);
+        assert_eq!(unchanged.owner, [0, NONE, NONE, 1, 1, 2, NONE, 3, 3]);
     }
 
     #[test]
     fn without_changes_whole_trees_are_frozen() {
         let previous = order(vec![1, ROOT, ROOT]);
-        let frozen = UnchangedSubtrees::new(&previous, &[0; 3]);
-        assert_eq!(frozen.stretches, [0..2, 2..3]);
+        let unchanged = UnchangedSubtrees::new(&previous, &[0; 3]);
+        assert_eq!(unchanged.stretches, [0..2, 2..3]);
         assert_eq!(UnchangedSubtrees::nothing(&previous).owner, [NONE; 3]);
     }
 }
