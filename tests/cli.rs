@@ -917,6 +917,7 @@ mod tracks {
             "eigenvalues",
             "cluster_cut",
             "route",
+            "certified",
         ];
         assert_eq!(fields, expected);
         assert_eq!(

@@ -6,7 +6,7 @@ use crate::output::print;
 use crate::signals;
 use anyhow::{Context, Result, bail};
 use eigentrail::error::Error;
-use eigentrail::report::{RecordedRun, overview};
+use eigentrail::report::{RecordedRun, SINGLE_ROWS, overview};
 use eigentrail::runner::files::TemporaryFolder;
 use eigentrail::runner::{self, Existing, Outlets, RunRequest, Watch};
 use eigentrail::scenario::{Loaded, Scenario, World};
@@ -46,6 +46,7 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let World::Grid(map) = world.expect("the scenario was checked when it was loaded") else {
         bail!(BadInput("this figure needs a world with a map".to_owned()));
     };
+    require_single_rows(&shaped.scenario)?;
     let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;
     let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), &mut watch)?;
     let svg = overview(map.layout(), &shaped, &sparse);
@@ -55,6 +56,17 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     write_text(out, &svg)?;
     print(&format!("written to {}", out.display()));
     Ok(Ending::Done)
+}
+
+/// Curves are drawn from single episodes.
+pub(super) fn require_single_rows(scenario: &Scenario) -> Result<()> {
+    let episodes = scenario.run.episodes;
+    if episodes < SINGLE_ROWS {
+        return Ok(());
+    }
+    bail!(BadInput(format!(
+        "run.episodes = {episodes}: a figure is drawn from less than {SINGLE_ROWS} episodes; take fewer"
+    )))
 }
 
 /// Runs seeds 0, 1, 2 … of a scenario, every one to its end, and reads them back.

@@ -1,6 +1,6 @@
 //! `eigentrail figures --all`: the source report's figures 4 to 9, from runs made for the purpose.
 
-use super::figures::{SPARSE, run};
+use super::figures::{SPARSE, require_single_rows, run};
 use super::{Ending, Interrupted, require_writable_folder, write_text};
 use crate::output::print;
 use anyhow::{Context, Result, bail};
@@ -28,6 +28,7 @@ pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>)
             .chain(more.iter().map(|&set| set.to_owned()))
             .collect();
         let loaded = Scenario::parse(&path, file.text.to_owned(), &sets).map_err(Error::from)?;
+        require_single_rows(&loaded.scenario)?;
         let into = folder.path().join(format!("{name}-{}", more.len()));
         run(&loaded, seeds, &into, watch)
     };

@@ -5,6 +5,7 @@ use super::error::ExportError;
 use super::table::{Column, Table};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph, TransitionStats};
+use crate::memory;
 use crate::runner::files::read_npy;
 use crate::runner::{GraphRow, is_run};
 use std::fs;
@@ -214,6 +215,13 @@ impl SourceSeed {
 impl Rows {
     fn read(folder: &Path, name: &str) -> Result<Self, ExportError> {
         let path = folder.join(name);
+        // Each field becomes a text and then a number of its own.
+        const BYTES_PER_BYTE: u64 = 8;
+        let length = fs::metadata(&path).map_or(0, |there| there.len());
+        if length.saturating_mul(BYTES_PER_BYTE) > memory::total() {
+            let message = "the table is too large for this machine's memory; read the file itself";
+            return Err(ExportError::damaged(&path, message));
+        }
         let read = || {
             let mut reader = csv::Reader::from_path(&path)?;
             let names = reader.headers()?.iter().map(str::to_owned).collect();

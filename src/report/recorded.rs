@@ -1,5 +1,6 @@
 //! A run folder read back: what every page and figure is made of.
 
+use super::bounded::BoundedEpisodes;
 use super::summary::Summary;
 use crate::runner::files::read_json;
 use crate::runner::{GraphRow, PolicyRow, RunnerError, Snapshot, is_run, read_snapshots};
@@ -26,12 +27,15 @@ pub struct RecordedRun {
     pub seeds: Vec<RecordedSeed>,
 }
 
+/// With fewer episodes than this a recorded seed has a row for each.
+pub const SINGLE_ROWS: usize = 200_000;
+
 /// One seed of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RecordedSeed {
     /// Master seed.
     pub seed: u64,
-    /// Rows of `episodes.csv`.
+    /// Rows of `episodes.csv`; from [`SINGLE_ROWS`] on later ones are merged, so that they fit into memory.
     pub episodes: Vec<EpisodeRow>,
     /// Rows of `refreshes.csv`.
     pub refreshes: Vec<RefreshRow>,
@@ -58,7 +62,7 @@ pub struct PhaseSeconds {
     pub episodes: f64,
 }
 
-/// A row of `episodes.csv`, as far as it is shown. On a live page it may stand for several episodes in a row: sums of what
+/// A row of `episodes.csv`, as far as it is shown. In long runs and on a live page it may stand for several episodes in a row: sums of what
 /// is added up, and the rest as it was at the end of the last one.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct EpisodeRow {
@@ -181,7 +185,7 @@ impl RecordedSeed {
 
     fn read(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
         Ok(Self {
-            episodes: table(folder, "episodes.csv")?,
+            episodes: episodes(folder)?,
             refreshes: table(folder, "refreshes.csv")?,
             seconds: seconds(folder),
             ..Self::read_sights(folder, seed)?
@@ -235,17 +239,28 @@ fn seconds(folder: &Path) -> Option<PhaseSeconds> {
         what: String,
         seconds: f64,
     }
-    let rows: Vec<Row> = table(folder, "timings.csv").ok()?;
-    let sum = |what: &str| {
-        rows.iter()
-            .filter(|row| row.what == what)
-            .map(|row| row.seconds)
-            .sum()
-    };
-    Some(PhaseSeconds {
-        spectrum: sum("spectrum_refresh"),
-        fit: sum("gcn_fit"),
-        episodes: sum("episode"),
+    let mut sums = PhaseSeconds::default();
+    let mut reader = csv::Reader::from_path(folder.join("timings.csv")).ok()?;
+    for row in reader.deserialize() {
+        let row: Row = row.ok()?;
+        match row.what.as_str() {
+            "spectrum_refresh" => sums.spectrum += row.seconds,
+            "gcn_fit" => sums.fit += row.seconds,
+            "episode" => sums.episodes += row.seconds,
+            _ => {}
+        }
+    }
+    Some(sums)
+}
+
+/// Reads `episodes.csv` row by row.
+fn episodes(folder: &Path) -> Result<Vec<EpisodeRow>, RunnerError> {
+    rows(folder, "episodes.csv", |reader| {
+        let mut bounded = BoundedEpisodes::new(SINGLE_ROWS / 2);
+        for row in reader.deserialize() {
+            bounded.push(row?);
+        }
+        Ok(bounded.into_rows())
     })
 }
 

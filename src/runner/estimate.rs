@@ -14,12 +14,12 @@ use crate::spectral::Method;
 ///
 /// Counted by state: number and name, a directed edge with its counts for each action, two tables of the agent, the
 /// undirected rows, eigenvectors, random walks' vectors and activations of the network as far as they are used. By
-/// episode: the row that the report is drawn from.
+/// episode: its length, and its return in a comparison.
 pub fn estimated_bytes(scenario: &Scenario, states: usize, actions: usize) -> u64 {
     const NAME: f64 = 48.0;
     const TRANSITION: f64 = 56.0;
     const UNDIRECTED: f64 = 16.0;
-    const EPISODE: f64 = 128.0;
+    const EPISODE: f64 = 8.0;
     let learnt = matches!(
         scenario.shaping.potential,
         PotentialKind::Gcn | PotentialKind::Report

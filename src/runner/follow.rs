@@ -1,6 +1,5 @@
 //! What a run tells to whom follows it while it goes on.
 
-use super::bounded::BoundedEpisodes;
 use super::graph_files::{GraphRow, PolicyRow, graph_rows, policy_rows};
 use super::places::Places;
 use super::records::status_name;
@@ -10,7 +9,7 @@ use crate::agent::AnyAgent;
 use crate::engine::{Engine, EpisodeRecord, RefreshRecord};
 use crate::env::Environment;
 use crate::graph::StateId;
-use crate::report::{EpisodeRow, RefreshRow, SeedResult, SeedTiming};
+use crate::report::{BoundedEpisodes, EpisodeRow, RefreshRow, SeedResult, SeedTiming};
 use std::hash::Hash;
 use std::time::{Duration, Instant};
 
@@ -47,6 +46,9 @@ pub struct Moment {
 /// The run may spend one part in so many on telling.
 const SHARE: u32 = 100;
 
+/// Episodes that have a row each; of more, several share one.
+const EPISODES: usize = 1000;
+
 /// Refreshes that are all kept; of more, ever fewer.
 const REFRESHES: u64 = 1000;
 
@@ -65,7 +67,7 @@ impl<'a> Feed<'a> {
     pub fn new(follower: &'a dyn Follower) -> Self {
         Self {
             follower,
-            episodes: BoundedEpisodes::default(),
+            episodes: BoundedEpisodes::new(EPISODES),
             refreshes: Vec::new(),
             thinning: Thinning::new(REFRESHES),
             last_fit: None,

@@ -7,7 +7,6 @@
 
 mod belongings;
 mod board;
-mod bounded;
 mod build;
 mod compare;
 mod crew;

@@ -57,7 +57,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunParams {
-    /// Episodes to run, 1 to 10 000 000.
+    /// Episodes to run, 1 to 1 000 000 000.
     pub episodes: usize,
     /// Master seed, unless the command line gives another one.
     pub seed: u64,
@@ -72,8 +72,8 @@ impl Default for RunParams {
     }
 }
 
-/// A row is kept of each episode: more than these are gigabytes.
-const MOST_EPISODES: usize = 10_000_000;
+/// The length of each episode is kept: more than these are gigabytes.
+const MOST_EPISODES: usize = 1_000_000_000;
 
 impl RunParams {
     /// Checks the number of episodes.

@@ -256,7 +256,7 @@ fn of_two_loops_the_better_one_is_sought_once_both_are_known() {
 fn frozen_lake(seed: u64) -> World {
     const MAP: &[u8; 16] = b"SFFFFHFHFFFHHFFG";
     let next = |cell: usize, way: usize| match way {
-        0 if cell % 4 > 0 => cell - 1,
+        0 if !cell.is_multiple_of(4) => cell - 1,
         1 if cell < 12 => cell + 4,
         2 if cell % 4 < 3 => cell + 1,
         3 if cell >= 4 => cell - 4,

@@ -19,8 +19,8 @@ enum At {
     Unquoted,
     /// Inside quotes that opened in this column.
     Quoted(usize),
-    /// After a quote that closes the field, unless another one follows.
-    Closed,
+    /// After a quote that closes what the one in this column opened, unless another one follows.
+    Closed(usize),
     /// After the blanks behind it.
     Blank,
 }
@@ -62,13 +62,13 @@ fn check_line(line: &[u8]) -> Result<(), (usize, &'static str)> {
         column += usize::from(!continues_character);
         at = match (at, byte) {
             (At::FieldStart, b'"') => At::Quoted(column),
-            (At::Quoted(_), b'"') => At::Closed,
+            (At::Quoted(opened), b'"') => At::Closed(opened),
             (At::Quoted(opened), _) => At::Quoted(opened),
             // The second of two quotes: the field goes on.
-            (At::Closed, b'"') => At::Quoted(column),
+            (At::Closed(opened), b'"') => At::Quoted(opened),
             (_, b',') => At::FieldStart,
-            (At::Closed | At::Blank, b' ' | b'\t') => At::Blank,
-            (At::Closed | At::Blank, _) => return Err((column, TEXT_AFTER)),
+            (At::Closed(_) | At::Blank, b' ' | b'\t') => At::Blank,
+            (At::Closed(_) | At::Blank, _) => return Err((column, TEXT_AFTER)),
             (At::Unquoted, b'"') => return Err((column, STRAY)),
             (At::FieldStart | At::Unquoted, _) => At::Unquoted,
         };

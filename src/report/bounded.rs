@@ -5,38 +5,38 @@
 //! ```
 //!
 //! What is learnt is learnt early, so the first R episodes keep a row each, and of N there are at most about
-//! 2 R (1 + ln(N / R)) rows. Blocks of a curve on a logarithmic scale ([`blocks`](crate::report::blocks)) are much wider.
+//! 2 R (1 + ln(N / R)) rows. Blocks of a curve on a logarithmic scale ([`blocks`](super::blocks)) are much wider. As long
+//! as there are less than 2 R nothing is merged.
 
-use crate::report::EpisodeRow;
-
-/// R.
-const RESOLUTION: usize = 1000;
+use super::recorded::EpisodeRow;
 
 /// Rows of episodes in a row.
 #[derive(Clone, Debug)]
-pub(super) struct BoundedEpisodes {
+pub(crate) struct BoundedEpisodes {
     rows: Vec<EpisodeRow>,
+    /// R.
+    resolution: usize,
     /// When there are so many rows they are made fewer.
     limit: usize,
 }
 
-impl Default for BoundedEpisodes {
-    fn default() -> Self {
+impl BoundedEpisodes {
+    /// No episodes; R = `resolution`, at least 1.
+    pub fn new(resolution: usize) -> Self {
         Self {
             rows: Vec::new(),
-            limit: 2 * RESOLUTION,
+            resolution,
+            limit: 2 * resolution,
         }
     }
-}
 
-impl BoundedEpisodes {
     /// One more. O(1) on average.
     pub fn push(&mut self, row: EpisodeRow) {
         self.rows.push(row);
         if self.rows.len() >= self.limit {
             self.merge();
             // Half as many again before the next time.
-            self.limit = self.rows.len() + self.rows.len() / 2 + RESOLUTION;
+            self.limit = self.rows.len() + self.rows.len() / 2 + self.resolution;
         }
     }
 
@@ -45,12 +45,17 @@ impl BoundedEpisodes {
         &self.rows
     }
 
+    /// The same.
+    pub fn into_rows(self) -> Vec<EpisodeRow> {
+        self.rows
+    }
+
     fn merge(&mut self) {
         let mut merged: Vec<EpisodeRow> = Vec::new();
         let mut before = 0; // the last one of `merged`
         for row in self.rows.drain(..) {
             match merged.last_mut() {
-                Some(last) if last.episodes + row.episodes <= 1 + before / RESOLUTION => {
+                Some(last) if last.episodes + row.episodes <= 1 + before / self.resolution => {
                     *last = joined(last, row);
                 }
                 last => {
@@ -94,7 +99,8 @@ mod tests {
 
     #[test]
     fn rows_are_bounded_and_nothing_is_lost() {
-        let mut bounded = BoundedEpisodes::default();
+        const RESOLUTION: usize = 1000;
+        let mut bounded = BoundedEpisodes::new(RESOLUTION);
         let total = 1_000_000;
         let mut most = 0;
         for episode in 0..total {
