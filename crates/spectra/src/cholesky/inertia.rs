@@ -131,9 +131,10 @@ mod tests {
                     }
                 }
             }
-            let lowest = values.iter().find(|&&v| v > 0.0).unwrap();
-            let clear = factor.count_below(&l, 0.5 * lowest).unwrap();
-            assert!(0.5 * lowest - clear.certain < 1e-9, "{clear:?}");
+            // Not halfway: there a leading block of the complete graph's matrix is singular, and a pivot all but vanishes.
+            let mu = 0.37 * values.iter().find(|&&v| v > 0.0).unwrap();
+            let clear = factor.count_below(&l, mu).unwrap();
+            assert!(mu - clear.certain < 1e-9, "{clear:?}");
         }
     }
 }
