@@ -3,7 +3,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use eigentrail::gcn::{Adam, Gcn, GcnParams, GcnWorkspace, Propagation, fit_classifier};
-use eigentrail::graph::Csr;
+use eigentrail::graph::SymmetricCsr;
 use eigentrail::seeds::{Stream, stream};
 use faer::Mat;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -13,7 +13,7 @@ const FEATURES: usize = 16;
 const SIDES: [usize; 3] = [32, 100, 316];
 
 /// side × side grid graph, rows in reading order.
-fn grid(side: usize) -> Csr {
+fn grid(side: usize) -> SymmetricCsr {
     let n = side * side;
     let mut edges = sprs::TriMatI::<f64, u32>::new((n, n));
     for node in 0..n {
@@ -24,7 +24,7 @@ fn grid(side: usize) -> Csr {
             edges.add_triplet(other, node, 1.0);
         }
     }
-    edges.to_csr()
+    SymmetricCsr::new(edges.to_csr()).expect("an undirected grid")
 }
 
 /// Products of cosines: the low eigenvectors of the grid's D − A, with entries of order 1.

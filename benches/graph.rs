@@ -10,7 +10,7 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use eigentrail::env::Action;
-use eigentrail::graph::{Adjacency, Csr, StateId, TransitionGraph, matrix_market};
+use eigentrail::graph::{Adjacency, StateId, SymmetricCsr, TransitionGraph, matrix_market};
 use std::hint::black_box;
 
 /// For each node of a `side` × `side` grid, row by row, its neighbours that come before it.
@@ -47,7 +47,7 @@ fn growth_steps(n: usize) -> Vec<usize> {
     steps
 }
 
-fn rebuild(nodes: &[Vec<u32>]) -> Csr {
+fn rebuild(nodes: &[Vec<u32>]) -> sprs::CsMatI<f64, u32> {
     let mut triplets =
         sprs::TriMatI::<f64, u32>::with_capacity((nodes.len(), nodes.len()), 4 * nodes.len());
     for (node, earlier) in nodes.iter().enumerate() {
@@ -71,7 +71,7 @@ fn growth(criterion: &mut Criterion) {
         });
         group.bench_function(format!("compact_5_percent/{}", nodes.len()), |bencher| {
             bencher.iter(|| {
-                let (mut graph, mut csr) = (Adjacency::new(), Csr::zero((0, 0)));
+                let (mut graph, mut csr) = (Adjacency::new(), SymmetricCsr::empty());
                 for &m in &steps {
                     extend(&mut graph, &nodes[..m]);
                     graph.write_csr(black_box(&mut csr));

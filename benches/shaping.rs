@@ -4,7 +4,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use eigentrail::gcn::GcnParams;
-use eigentrail::graph::{Csr, StateId};
+use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
 use eigentrail::shaping::diffusion::Diffusion;
 use eigentrail::shaping::successors::Successors;
@@ -16,16 +16,16 @@ use std::hint::black_box;
 
 const TOL: f64 = 1e-8;
 
-fn from_edges(n: usize, edges: &[(usize, usize)]) -> Csr {
+fn from_edges(n: usize, edges: &[(usize, usize)]) -> SymmetricCsr {
     let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
     for &(i, j) in edges {
         triplets.add_triplet(i, j, 1.0);
         triplets.add_triplet(j, i, 1.0);
     }
-    triplets.to_csr()
+    SymmetricCsr::new(triplets.to_csr()).expect("an undirected graph")
 }
 
-fn grid(side: usize) -> Csr {
+fn grid(side: usize) -> SymmetricCsr {
     let right = (0..side * side)
         .filter(|i| i % side + 1 < side)
         .map(|i| (i, i + 1));
@@ -35,7 +35,7 @@ fn grid(side: usize) -> Csr {
 
 /// A perfect maze of `side` × `side` cells with the passages between them as nodes of their own, as on a map of
 /// 2·side + 1 characters: depth-first, so that its ways are long.
-fn maze(side: usize) -> Csr {
+fn maze(side: usize) -> SymmetricCsr {
     let mut rng = stream(7, Stream::Layout);
     let (mut visited, mut trail) = (vec![false; side * side], vec![0_usize]);
     visited[0] = true;
@@ -67,14 +67,11 @@ fn maze(side: usize) -> Csr {
     from_edges(nodes, &edges)
 }
 
-fn terrain(adjacency: &Csr) -> Terrain {
-    Terrain::uniform(
-        &Successors::undirected(adjacency).expect("unit weights"),
-        &[StateId(0)],
-    )
+fn terrain(adjacency: &SymmetricCsr) -> Terrain {
+    Terrain::uniform(&Successors::undirected(adjacency), &[StateId(0)])
 }
 
-fn worlds() -> Vec<(&'static str, Csr)> {
+fn worlds() -> Vec<(&'static str, SymmetricCsr)> {
     vec![
         ("grid", grid(32)),
         ("grid", grid(100)),
@@ -124,7 +121,7 @@ fn potentials(criterion: &mut Criterion) {
     group.sample_size(10);
     let (shaping, gcn) = (ShapingParams::default(), GcnParams::default());
     for (name, adjacency) in [("grid", grid(32)), ("grid", grid(100)), ("maze", maze(100))] {
-        let n = adjacency.rows();
+        let n = adjacency.num_nodes();
         let features = Mat::from_fn(n, 16, |i, c| ((i * (c + 1)) as f64 * 0.01).cos());
         for kind in [
             PotentialKind::Gcn,

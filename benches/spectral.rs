@@ -17,10 +17,10 @@ use criterion::{
     criterion_main,
 };
 use eigentrail::spectral::{
-    Convergence, Laplacian, LaplacianKind, LowSpectrum, Method, SpectralParams, TrackParams,
+    Convergence, GrowingEigensolver, Laplacian, LaplacianKind, Method, SpectralParams, TrackParams,
     TrackUpdate, symmetric_eigen, track,
 };
-use graphs::Csr;
+use graphs::SymmetricCsr;
 use std::cell::OnceCell;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -35,7 +35,7 @@ const LONG: usize = 2600;
 /// Sides of worlds of 10⁴ and 10⁵ nodes.
 const GROWN_SIDES: [usize; 2] = [100, 316];
 
-fn worlds(side: usize) -> [(&'static str, Csr); 3] {
+fn worlds(side: usize) -> [(&'static str, SymmetricCsr); 3] {
     let pitch = side.div_ceil(10).max(2);
     [
         ("grid", graphs::grid(side, side)),
@@ -45,13 +45,13 @@ fn worlds(side: usize) -> [(&'static str, Csr); 3] {
     .map(|(name, graph)| (name, graphs::discovered(&graph, 1)))
 }
 
-fn spectrum(method: Method, tol: f64) -> LowSpectrum {
+fn spectrum(method: Method, tol: f64) -> GrowingEigensolver {
     let params = SpectralParams {
         method,
         tol,
         ..Default::default()
     };
-    LowSpectrum::new(params, 0)
+    GrowingEigensolver::new(params, 0)
 }
 
 fn group<'a>(c: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
@@ -69,7 +69,7 @@ fn refresh(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: BenchmarkId,
     (method, tol): (Method, f64),
-    (before, graph): (&Csr, &Csr),
+    (before, graph): (&SymmetricCsr, &SymmetricCsr),
 ) {
     let prepared = || {
         let mut known = spectrum(method, tol);
@@ -95,35 +95,34 @@ fn tell(facts: &Convergence) {
     );
 }
 
-fn decompose_by_nalgebra(graph: &Csr) -> f64 {
+fn decompose_by_nalgebra(graph: &SymmetricCsr) -> f64 {
     let dense = dense(graph);
-    let matrix = nalgebra::DMatrix::from_fn(graph.rows(), graph.rows(), |i, j| dense[(i, j)]);
+    let matrix =
+        nalgebra::DMatrix::from_fn(graph.num_nodes(), graph.num_nodes(), |i, j| dense[(i, j)]);
     matrix.symmetric_eigen().eigenvalues[0]
 }
 
-fn decompose_by_faer(graph: &Csr) -> f64 {
+fn decompose_by_faer(graph: &SymmetricCsr) -> f64 {
     let (values, _) = symmetric_eigen(dense(graph).as_ref()).expect("finite matrix");
     values[0]
 }
 
-fn dense(graph: &Csr) -> faer::Mat<f64> {
-    Laplacian::new(graph, LaplacianKind::Normalized)
-        .expect("valid graph")
-        .to_dense()
+fn dense(graph: &SymmetricCsr) -> faer::Mat<f64> {
+    Laplacian::new(graph, LaplacianKind::Normalized).to_dense()
 }
 
 /// Incremental against full.
 fn full(c: &mut Criterion) {
     for side in FULL_SIDES {
         let graph = graphs::discovered(&graphs::grid(side, side), 1);
-        let n = graph.rows();
+        let n = graph.num_nodes();
         let before = graphs::prefix(&graph, n - n / 20);
         let mut group = group(c, "full");
         for tol in [1e-2, 1e-6] {
             let id = BenchmarkId::new(format!("incremental, tol {tol:e}"), n);
             refresh(&mut group, id, (Method::Warm, tol), (&before, &graph));
         }
-        type Decompose = fn(&Csr) -> f64;
+        type Decompose = fn(&SymmetricCsr) -> f64;
         let peers: [(&str, Decompose); 2] = [
             ("faer", decompose_by_faer),
             ("nalgebra", decompose_by_nalgebra),
@@ -161,7 +160,7 @@ fn timed(run: impl FnOnce() -> f64) -> Duration {
 fn growth(c: &mut Criterion) {
     for side in GROWN_SIDES {
         for (name, graph) in worlds(side) {
-            let n = graph.rows();
+            let n = graph.num_nodes();
             let mut group = group(c, &format!("growth/{name}"));
             for percent in [1, 5, 20] {
                 let before = graphs::prefix(&graph, n * 100 / (100 + percent));
@@ -187,7 +186,7 @@ fn sequence(c: &mut Criterion) {
             };
             let run = || track(&graph, &params, |_| ()).expect("valid graph").report;
             let told = OnceCell::new();
-            let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), graph.rows());
+            let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), graph.num_nodes());
             group.bench_function(id, |b| {
                 told.get_or_init(|| tell_all(&run().updates));
                 b.iter(run);

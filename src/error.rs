@@ -60,7 +60,6 @@ impl Error {
                 error,
                 ShapingError::NoGoal
                     | ShapingError::GoalRange { .. }
-                    | ShapingError::Weight { .. }
                     | ShapingError::KindNeedsWorld { .. }
                     | ShapingError::Parameter { .. }
             ),

@@ -5,7 +5,7 @@ use eigentrail::gcn::{
     Adam, ClassifierLoss, Gcn, GcnError, GcnParameters, GcnParams, GcnWorkspace, GraphConv,
     LossWorkspace, Propagation, fit_classifier,
 };
-use eigentrail::graph::Csr;
+use eigentrail::graph::SymmetricCsr;
 use eigentrail::seeds::{Stream, stream};
 use faer::{Mat, MatRef};
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ const RELATIVE_TOLERANCE: f64 = 1e-6;
 /// Pre-activations nearer to 0 than this might cross the ReLU's kink within a step.
 const KINK: f64 = 1e-3;
 
-fn graph(n: usize, edges: &[(usize, usize)]) -> Csr {
+fn graph(n: usize, edges: &[(usize, usize)]) -> SymmetricCsr {
     let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
     for &(i, j) in edges {
         triplets.add_triplet(i, j, 1.0);
@@ -27,7 +27,7 @@ fn graph(n: usize, edges: &[(usize, usize)]) -> Csr {
             triplets.add_triplet(j, i, 1.0);
         }
     }
-    triplets.to_csr()
+    SymmetricCsr::new(triplets.to_csr()).unwrap()
 }
 
 fn grid_edges(rows: usize, columns: usize) -> Vec<(usize, usize)> {
@@ -61,7 +61,7 @@ fn random_gcn(shape: (usize, usize, usize), biases: bool, rng: &mut ChaCha8Rng) 
 
 /// A graph, its features and a network, as one function of the network's parameters.
 struct Problem {
-    adjacency: Csr,
+    adjacency: SymmetricCsr,
     propagation: Propagation,
     tx: Mat<f64>,
     gcn: Gcn,
@@ -69,7 +69,12 @@ struct Problem {
 
 impl Problem {
     /// Draws until no pre-activation lies near the kink.
-    fn draw(adjacency: Csr, shape: (usize, usize, usize), biases: bool, seed: u64) -> Self {
+    fn draw(
+        adjacency: SymmetricCsr,
+        shape: (usize, usize, usize),
+        biases: bool,
+        seed: u64,
+    ) -> Self {
         let rng = &mut stream(seed, Stream::Gcn);
         loop {
             let problem = Self::draw_anywhere(adjacency.clone(), shape, biases, rng);
@@ -81,13 +86,13 @@ impl Problem {
 
     /// For tests that differentiate nothing numerically.
     fn draw_anywhere(
-        adjacency: Csr,
+        adjacency: SymmetricCsr,
         shape: (usize, usize, usize),
         biases: bool,
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let propagation = Propagation::new(&adjacency);
-        let x = random(adjacency.rows(), shape.0, rng);
+        let x = random(adjacency.num_nodes(), shape.0, rng);
         Self {
             tx: propagation.apply(x.as_ref()),
             gcn: random_gcn(shape, biases, rng),
@@ -150,7 +155,7 @@ fn classifier_loss(loss: &ClassifierLoss<'_>, z: &Mat<f64>) -> f64 {
 }
 
 /// Graphs with a cycle, an isolated node, a self-loop, several components.
-fn graphs() -> Vec<Csr> {
+fn graphs() -> Vec<SymmetricCsr> {
     vec![
         graph(1, &[]),
         graph(6, &[(0, 1), (1, 2), (2, 0), (3, 4)]),
@@ -165,9 +170,13 @@ fn backward_matches_central_differences_for_any_output_gradient() {
         for shape in [(1, 1, 1), (3, 5, 1), (4, 3, 2), (2, 7, 4)] {
             for biases in [false, true] {
                 // On a single node enough units that one of them is sure to be awake.
-                let hidden = if adjacency.rows() == 1 { 9 } else { shape.1 };
+                let hidden = if adjacency.num_nodes() == 1 {
+                    9
+                } else {
+                    shape.1
+                };
                 let shape = (shape.0, hidden, shape.2);
-                let n = adjacency.rows();
+                let n = adjacency.num_nodes();
                 let problem = Problem::draw(adjacency.clone(), shape, biases, seed as u64);
                 let slope = random(n, shape.2, &mut stream(seed as u64, Stream::Walks));
                 let loss = |z: &Mat<f64>| -> f64 {
@@ -189,7 +198,7 @@ fn backward_matches_central_differences_for_any_output_gradient() {
 #[test]
 fn the_whole_loss_matches_central_differences() {
     for (seed, adjacency) in graphs().into_iter().enumerate() {
-        let last = adjacency.rows() as u32 - 1;
+        let last = adjacency.num_nodes() as u32 - 1;
         for (classes, lambda) in [(2, 0.0), (2, 0.7), (2, 30.0), (3, 3.0)] {
             let labels = [(0, 0), (last, 1), (0, classes - 1)];
             let problem = Problem::draw(adjacency.clone(), (3, 9, classes), true, seed as u64);
@@ -619,7 +628,7 @@ proptest! {
         let rng = &mut stream(seed, Stream::Gcn);
         let x = random(6, 3, rng);
         let gcn = random_gcn((3, 4, 2), true, rng);
-        let output = |adjacency: Csr, x: Mat<f64>| {
+        let output = |adjacency: SymmetricCsr, x: Mat<f64>| {
             let propagation = Propagation::new(&adjacency);
             let tx = propagation.apply(x.as_ref());
             gcn.forward(&propagation, tx.as_ref(), &mut GcnWorkspace::default()).to_owned()

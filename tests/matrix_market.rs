@@ -51,7 +51,7 @@ proptest! {
         let coo = nalgebra_sparse::io::load_coo_from_matrix_market_str::<f64>(&text_of(&graph)).unwrap();
         let dense = nalgebra::DMatrix::from(&coo);
         for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
-            prop_assert_eq!(graph.to_csr().get(row, column).copied().unwrap_or(0.0), dense[(row, column)]);
+            prop_assert_eq!(graph.to_csr().as_csr().get(row, column).copied().unwrap_or(0.0), dense[(row, column)]);
         }
         let theirs = nalgebra_sparse::io::save_to_matrix_market_str(&coo);
         prop_assert_eq!(parse(&theirs).unwrap().to_csr(), graph.to_csr());

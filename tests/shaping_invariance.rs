@@ -3,7 +3,7 @@
 
 use eigentrail::env::StepStatus;
 use eigentrail::gcn::GcnParams;
-use eigentrail::graph::{Csr, StateId};
+use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::shaping::{PotentialKind, RewardShaper, ShapingParams, potential_on_graph};
 use faer::Mat;
 use proptest::prelude::*;
@@ -242,7 +242,7 @@ proptest! {
 }
 
 /// A 5 × 6 grid with slip 0.2, reward −1 a step, goal in the corner 29.
-fn slippery_grid() -> (Mdp, Csr) {
+fn slippery_grid() -> (Mdp, SymmetricCsr) {
     let (rows, columns, goal) = (5_i32, 6_i32, 29_usize);
     let directions = [(-1, 0), (0, 1), (1, 0), (0, -1)];
     let mut triplets = sprs::TriMatI::<f64, u32>::new((30, 30));
@@ -278,7 +278,10 @@ fn slippery_grid() -> (Mdp, Csr) {
             (0..4).map(action).collect()
         })
         .collect();
-    (Mdp { outcomes }, triplets.to_csr())
+    (
+        Mdp { outcomes },
+        SymmetricCsr::new(triplets.to_csr()).unwrap(),
+    )
 }
 
 #[test]

@@ -4,14 +4,15 @@
 //! graphs grow beyond 300 nodes, where the sparse route begins. Eigenvalues are compared as lists with
 //! repetitions, vectors through residuals and orthonormality.
 
-mod common;
+#[path = "common/graphs.rs"]
+mod graphs;
 
-use common::families::{FAMILIES, rng_of};
-use common::graphs::{self, Csr};
 use eigentrail::spectral::{
-    Eigenpairs, Laplacian, LaplacianKind, LowSpectrum, SpectralParams, SymmetricOperator,
+    Eigenpairs, GrowingEigensolver, Laplacian, LaplacianKind, SpectralParams, SymmetricOperator,
 };
+use eigentrail_testing::families::{FAMILIES, rng_of};
 use faer::Mat;
+use graphs::SymmetricCsr;
 use rand::RngExt;
 use rayon::prelude::*;
 
@@ -34,7 +35,7 @@ type Oracle = fn(&Mat<f64>) -> Vec<f64>;
 struct Case {
     family: &'static str,
     number: u64,
-    graph: Csr,
+    graph: SymmetricCsr,
     sizes: Vec<usize>,
     params: SpectralParams,
     /// How many of the last updates to check.
@@ -45,8 +46,8 @@ impl Case {
     fn new(family: usize, number: u64, most: usize) -> Self {
         let rng = &mut rng_of(family, number);
         let about = rng.random_range(most * 3 / 4..=most);
-        let graph = (FAMILIES[family].make)(about, rng);
-        let n = graph.rows();
+        let graph = graphs::checked((FAMILIES[family].make)(about, rng));
+        let n = graph.num_nodes();
         let start = rng.random_range(n / 2..=n * 9 / 10);
         let growth = [0.01, 0.05, 0.2, 0.5][rng.random_range(0..4)];
         let mut sizes = graphs::sizes(start.max(1), growth, n);
@@ -85,7 +86,7 @@ impl Case {
 
     /// What is wrong, update by update; nothing if all is well.
     fn faults(&self, oracle: Oracle) -> Vec<String> {
-        let mut spectrum = LowSpectrum::new(self.params.clone(), self.number);
+        let mut spectrum = GrowingEigensolver::new(self.params.clone(), self.number);
         let mut faults = Vec::new();
         for (i, &nodes) in self.sizes.iter().enumerate() {
             let prefix = graphs::prefix(&self.graph, nodes);
@@ -108,14 +109,14 @@ impl Case {
 
 /// The list against the oracle's, residuals by a product with L, orthonormality, and what is reported.
 fn check(
-    graph: &Csr,
+    graph: &SymmetricCsr,
     params: &SpectralParams,
     pairs: &Eigenpairs,
     oracle: Oracle,
 ) -> Result<(), String> {
-    let laplacian = Laplacian::new(graph, params.laplacian).unwrap();
+    let laplacian = Laplacian::new(graph, params.laplacian);
     let dense = laplacian.to_dense();
-    let n = graph.rows();
+    let n = graph.num_nodes();
     let k = params.num_eigenpairs.min(n);
     let exact = oracle(&dense);
     let norm = exact[n - 1];
@@ -203,7 +204,7 @@ fn graphs_beyond_the_reach_of_the_dense_route() {
         .into_par_iter()
         .flat_map_iter(|family| {
             let mut case = Case::new(family, 1000, 1800);
-            let n = case.graph.rows();
+            let n = case.graph.num_nodes();
             (case.sizes, case.checked) = (vec![n - n / 20, n], 1);
             case.params.num_eigenpairs = case.params.num_eigenpairs.min(24);
             case.params.tol = case.params.tol.max(1e-3);

@@ -9,7 +9,7 @@
 //! A shortest way is a sequence of stretches within rooms, so d is the exact cost-to-go.
 
 use crate::partition::Partition;
-use eigentrail::graph::Csr;
+use eigentrail::graph::SymmetricCsr;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
@@ -22,7 +22,7 @@ struct Room {
 
 /// The graph as rooms.
 pub struct Hierarchy<'a> {
-    graph: &'a Csr,
+    graph: &'a SymmetricCsr,
     partition: &'a Partition,
     /// Place of a node in its room.
     place: Vec<usize>,
@@ -30,9 +30,9 @@ pub struct Hierarchy<'a> {
 }
 
 impl<'a> Hierarchy<'a> {
-    pub fn new(graph: &'a Csr, partition: &'a Partition) -> Self {
+    pub fn new(graph: &'a SymmetricCsr, partition: &'a Partition) -> Self {
         let mut nodes = vec![Vec::new(); partition.num_rooms];
-        let mut place = vec![0; graph.rows()];
+        let mut place = vec![0; graph.num_nodes()];
         for (i, &room) in partition.room_of.iter().enumerate() {
             place[i] = nodes[room].len();
             nodes[room].push(i);
@@ -70,8 +70,7 @@ impl<'a> Hierarchy<'a> {
     }
 
     fn neighbors(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        let range = self.graph.indptr().outer_inds_sz(i);
-        self.graph.indices()[range].iter().map(|&j| j as usize)
+        self.graph.row(i).0.iter().map(|&j| j as usize)
     }
 
     fn is_door(&self, i: usize) -> bool {
@@ -104,7 +103,7 @@ impl<'a> Hierarchy<'a> {
         let goal_room = self.partition.room_of[goal];
         let from_goal = self.hops_within(goal);
         let to_goal = self.doors_to_goal(goal_room, &from_goal);
-        let mut distances = vec![f64::INFINITY; self.graph.rows()];
+        let mut distances = vec![f64::INFINITY; self.graph.num_nodes()];
         for (number, room) in self.rooms.iter().enumerate() {
             for (place, &i) in room.nodes.iter().enumerate() {
                 let over_doors = room
@@ -123,7 +122,7 @@ impl<'a> Hierarchy<'a> {
 
     /// D by node; only doors have one.
     fn doors_to_goal(&self, goal_room: usize, from_goal: &[u32]) -> Vec<u64> {
-        let mut best = vec![u64::from(u32::MAX); self.graph.rows()];
+        let mut best = vec![u64::from(u32::MAX); self.graph.num_nodes()];
         let mut heap = BinaryHeap::new();
         for (door, _) in &self.rooms[goal_room].from_doors {
             best[*door] = u64::from(from_goal[self.place[*door]]);

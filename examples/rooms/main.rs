@@ -15,7 +15,7 @@ mod partition;
 
 use eigentrail::env::{Direction, Doors, Layout, Tile};
 use eigentrail::gcn::GcnParams;
-use eigentrail::graph::{Adjacency, Csr, StateId};
+use eigentrail::graph::{Adjacency, StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
 use eigentrail::shaping::{PotentialKind, ShapingParams, potential_on_graph, spurious_maxima};
 use eigentrail::spectral::{ProtoValueFunctions, SpectralParams};
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Free cells by rows, an edge between neighbours.
-fn graph_of(layout: &Layout) -> Csr {
+fn graph_of(layout: &Layout) -> SymmetricCsr {
     let mut number = vec![None; layout.num_cells()];
     let mut graph = Adjacency::new();
     for cell in layout.free_cells() {
@@ -74,8 +74,8 @@ fn graph_of(layout: &Layout) -> Csr {
     graph.to_csr()
 }
 
-fn compare(name: &str, built: usize, graph: &Csr) -> Result<(), Box<dyn Error>> {
-    let n = graph.rows();
+fn compare(name: &str, built: usize, graph: &SymmetricCsr) -> Result<(), Box<dyn Error>> {
+    let n = graph.num_nodes();
     let mut functions = ProtoValueFunctions::new(
         SpectralParams {
             num_eigenpairs: (built + 8).min(n),
@@ -152,7 +152,7 @@ fn milliseconds(begun: Instant) -> f64 {
 }
 
 fn global(
-    graph: &Csr,
+    graph: &SymmetricCsr,
     goal: usize,
     kind: PotentialKind,
     features: MatRef<'_, f64>,
@@ -164,7 +164,7 @@ fn global(
     Ok((fit.values, milliseconds(begun)))
 }
 
-fn row(name: &str, phi: &[f64], truth: &[f64], graph: &Csr, goal: usize, ms: [f64; 3]) {
+fn row(name: &str, phi: &[f64], truth: &[f64], graph: &SymmetricCsr, goal: usize, ms: [f64; 3]) {
     let false_maxima = spurious_maxima(phi, graph, &[StateId(goal as u32)]).len();
     let error = relative_error(phi, truth, goal);
     println!(

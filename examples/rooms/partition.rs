@@ -1,7 +1,7 @@
 //! Rooms by spectral clustering: k-means on the rows of the lowest eigenvectors (Shi & Malik 2000; Ng, Jordan & Weiss
 //! 2001), every cluster then cut into its connected parts.
 
-use eigentrail::graph::Csr;
+use eigentrail::graph::SymmetricCsr;
 use faer::MatRef;
 use std::collections::VecDeque;
 
@@ -21,8 +21,8 @@ pub fn number_of_rooms(eigenvalues: &[f64]) -> usize {
 
 /// Rooms from the first `rooms` eigenvectors of L_sym, one row per node. Rows are scaled to length 1, so that
 /// nodes of one room point the same way however well visited they are.
-pub fn partition(graph: &Csr, vectors: MatRef<'_, f64>, rooms: usize) -> Partition {
-    let points: Vec<Vec<f64>> = (0..graph.rows())
+pub fn partition(graph: &SymmetricCsr, vectors: MatRef<'_, f64>, rooms: usize) -> Partition {
+    let points: Vec<Vec<f64>> = (0..graph.num_nodes())
         .map(|i| unit((0..rooms).map(|c| vectors[(i, c)]).collect()))
         .collect();
     let cluster_of = k_means(&points, rooms);
@@ -79,17 +79,17 @@ fn farthest_first(points: &[Vec<f64>], k: usize) -> Vec<Vec<f64>> {
     centres
 }
 
-fn connected_parts(graph: &Csr, cluster_of: &[usize]) -> Partition {
-    let mut room_of = vec![usize::MAX; graph.rows()];
+fn connected_parts(graph: &SymmetricCsr, cluster_of: &[usize]) -> Partition {
+    let mut room_of = vec![usize::MAX; graph.num_nodes()];
     let mut num_rooms = 0;
-    for first in 0..graph.rows() {
+    for first in 0..graph.num_nodes() {
         if room_of[first] != usize::MAX {
             continue;
         }
         room_of[first] = num_rooms;
         let mut queue = VecDeque::from([first]);
         while let Some(i) = queue.pop_front() {
-            for &j in graph.outer_view(i).expect("a node").indices() {
+            for &j in graph.row(i).0 {
                 let j = j as usize;
                 if room_of[j] == usize::MAX && cluster_of[j] == cluster_of[first] {
                     room_of[j] = num_rooms;

@@ -30,7 +30,7 @@ mod measure;
 
 use eigentrail::features::RandomFeatures;
 use eigentrail::gcn::{GcnParameters, GcnParams};
-use eigentrail::graph::{Csr, StateId};
+use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
 use eigentrail::shaping::conductance::ConductancePotential;
 use eigentrail::shaping::heat::HeatPotential;
@@ -70,14 +70,14 @@ fn main() -> Result<(), Failure> {
 
 /// A graph with a goal and features.
 struct Place {
-    graph: Csr,
+    graph: SymmetricCsr,
     goal: StateId,
     terrain: Terrain,
 }
 
 impl Place {
-    fn new(graph: Csr, goal: StateId) -> Result<Self, Failure> {
-        let terrain = Terrain::uniform(&Successors::undirected(&graph)?, &[goal]);
+    fn new(graph: SymmetricCsr, goal: StateId) -> Result<Self, Failure> {
+        let terrain = Terrain::uniform(&Successors::undirected(&graph), &[goal]);
         Ok(Self {
             graph,
             goal,
@@ -99,7 +99,7 @@ impl Place {
     }
 
     fn features(&self, kind: &str, seed: u64) -> Result<Mat<f64>, Failure> {
-        let n = self.graph.rows();
+        let n = self.graph.num_nodes();
         Ok(match kind {
             "random" => {
                 let mut random = RandomFeatures::new(16, seed);
@@ -122,7 +122,7 @@ impl Place {
     /// Hops to the goal.
     fn distances(&self) -> Vec<f64> {
         let order = self.terrain.chain.order();
-        let mut distances = vec![0.0; self.graph.rows()];
+        let mut distances = vec![0.0; self.graph.num_nodes()];
         for (&state, &d) in order.iter().zip(&self.terrain.distances) {
             distances[state as usize] = d;
         }
@@ -196,7 +196,7 @@ impl Question<'_> {
             let mut carried = gcn(self.seed).with_parameters(weights.clone())?;
             let fit = self.known.fit(&mut carried, features)?;
             self.judge(results, &format!("carried:{kind}"), &fit.values);
-            if self.seen.graph.rows() == self.known.graph.rows() {
+            if self.seen.graph.num_nodes() == self.known.graph.num_nodes() {
                 let fit = self.known.fit(&mut gcn(self.seed), features)?;
                 self.judge(results, &format!("here:{kind}"), &fit.values);
             }
@@ -219,8 +219,8 @@ fn one_seed(family: Family, seed: u64) -> Result<Results, Failure> {
     let mut rng = stream(seed, Stream::Layout);
     let map = family.map(&mut rng);
     let (goal, other_goal) = (
-        random_node(map.rows(), &mut rng),
-        random_node(map.rows(), &mut rng),
+        random_node(map.num_nodes(), &mut rng),
+        random_node(map.num_nodes(), &mut rng),
     );
     let source = Place::new(map.clone(), goal)?;
     let weights = fitted(&source, seed)?;
@@ -237,7 +237,7 @@ fn one_seed(family: Family, seed: u64) -> Result<Results, Failure> {
     )?;
 
     let other = family.map(&mut rng);
-    let goal = random_node(other.rows(), &mut rng);
+    let goal = random_node(other.num_nodes(), &mut rng);
     let partial = Place::new(with_missing_edges(&other, 0.15, &mut rng), goal)?;
     let noisy = Place::new(with_false_edges(&other, 0.02, &mut rng), goal)?;
     let other = Place::new(other, goal)?;
@@ -263,7 +263,7 @@ fn ask_everywhere(
     seed: u64,
     results: &mut Results,
 ) -> Result<(), Failure> {
-    let n = known.graph.rows();
+    let n = known.graph.num_nodes();
     let nodes: Vec<usize> = (0..n).filter(|&i| i != truth.goal.index()).collect();
     let question = Question {
         name,
@@ -278,12 +278,12 @@ fn ask_everywhere(
 
 /// Fitted when 80 % of the map were known, asked on the rest.
 fn ask_new_nodes(
-    map: &Csr,
+    map: &SymmetricCsr,
     seed: u64,
     rng: &mut ChaCha8Rng,
     results: &mut Results,
 ) -> Result<(), Failure> {
-    let n = map.rows();
+    let n = map.num_nodes();
     let old = n * 4 / 5;
     let goal = random_node(old, rng);
     let prefix = eigentrail::graph::Adjacency::from_csr(map).prefix_csr(old);
@@ -304,10 +304,9 @@ fn ask_new_nodes(
 }
 
 /// φ of a new node is φ of the node it was discovered from.
-fn inherited(mut phi: Vec<f64>, map: &Csr) -> Vec<f64> {
-    for i in phi.len()..map.rows() {
-        let row = map.outer_view(i).expect("a node of the map");
-        let parent = row.indices()[0] as usize;
+fn inherited(mut phi: Vec<f64>, map: &SymmetricCsr) -> Vec<f64> {
+    for i in phi.len()..map.num_nodes() {
+        let parent = map.row(i).0[0] as usize;
         phi.push(phi[parent]);
     }
     phi

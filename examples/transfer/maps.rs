@@ -1,7 +1,7 @@
 //! Random maps of a family, as graphs whose node order is an order of discovery.
 
 use eigentrail::env::{Cell, Direction, Doors, Layout, Tile};
-use eigentrail::graph::{Adjacency, Csr, StateId};
+use eigentrail::graph::{Adjacency, StateId, SymmetricCsr};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
@@ -18,7 +18,7 @@ impl Family {
     pub const ALL: [Family; 3] = [Family::Rooms, Family::Maze, Family::Caves];
 
     /// A map of some 400 cells.
-    pub fn map(self, rng: &mut ChaCha8Rng) -> Csr {
+    pub fn map(self, rng: &mut ChaCha8Rng) -> SymmetricCsr {
         let layout = match self {
             Family::Rooms => Layout::rooms(4, 4, [5, 5], Doors::Random, rng),
             Family::Maze => Layout::maze(29, 29, 0.05, rng),
@@ -29,7 +29,7 @@ impl Family {
 }
 
 /// The free cells that can be reached from a random one, numbered in order of breadth-first discovery.
-fn discovered(layout: &Layout, rng: &mut ChaCha8Rng) -> Csr {
+fn discovered(layout: &Layout, rng: &mut ChaCha8Rng) -> SymmetricCsr {
     let free: Vec<Cell> = layout.free_cells().collect();
     let first = free[rng.random_range(0..free.len())];
     let mut number = vec![None; layout.num_cells()];
@@ -56,19 +56,13 @@ fn discovered(layout: &Layout, rng: &mut ChaCha8Rng) -> Csr {
 }
 
 /// The edges i < j.
-fn edges(graph: &Csr) -> Vec<(u32, u32)> {
-    let rows = graph.outer_iterator().enumerate();
-    rows.flat_map(|(i, row)| {
-        row.indices()
-            .iter()
-            .map(move |&j| (i as u32, j))
-            .collect::<Vec<_>>()
-    })
-    .filter(|(i, j)| i < j)
-    .collect()
+fn edges(graph: &SymmetricCsr) -> Vec<(u32, u32)> {
+    let from = |i: usize| graph.row(i).0.iter().map(move |&j| (i as u32, j));
+    let all = (0..graph.num_nodes()).flat_map(from);
+    all.filter(|(i, j)| i < j).collect()
 }
 
-fn from_edges(nodes: usize, edges: impl IntoIterator<Item = (u32, u32)>) -> Csr {
+fn from_edges(nodes: usize, edges: impl IntoIterator<Item = (u32, u32)>) -> SymmetricCsr {
     let mut graph = Adjacency::with_nodes(nodes);
     for (i, j) in edges {
         graph.add_edge(i, j, 1.0);
@@ -78,8 +72,8 @@ fn from_edges(nodes: usize, edges: impl IntoIterator<Item = (u32, u32)>) -> Csr 
 
 /// `graph` as an agent knows it that has not tried every door: a share of its edges is missing, never the one by
 /// which a node was discovered.
-pub fn with_missing_edges(graph: &Csr, share: f64, rng: &mut ChaCha8Rng) -> Csr {
-    let mut found = vec![false; graph.rows()];
+pub fn with_missing_edges(graph: &SymmetricCsr, share: f64, rng: &mut ChaCha8Rng) -> SymmetricCsr {
+    let mut found = vec![false; graph.num_nodes()];
     let mut kept = Vec::new();
     for (i, j) in edges(graph) {
         // The smallest neighbour of a node in this order is the one it was discovered from.
@@ -88,21 +82,21 @@ pub fn with_missing_edges(graph: &Csr, share: f64, rng: &mut ChaCha8Rng) -> Csr 
             kept.push((i, j));
         }
     }
-    from_edges(graph.rows(), kept)
+    from_edges(graph.num_nodes(), kept)
 }
 
 /// `graph` as an agent knows it that now and then takes one state for another: edges between random nodes are added,
 /// a share of those there are.
-pub fn with_false_edges(graph: &Csr, share: f64, rng: &mut ChaCha8Rng) -> Csr {
+pub fn with_false_edges(graph: &SymmetricCsr, share: f64, rng: &mut ChaCha8Rng) -> SymmetricCsr {
     let mut all = edges(graph);
-    let nodes = graph.rows() as u32;
+    let nodes = graph.num_nodes() as u32;
     for _ in 0..(share * all.len() as f64).round() as usize {
         let (i, j) = (rng.random_range(0..nodes), rng.random_range(0..nodes));
         if i != j {
             all.push((i.min(j), i.max(j)));
         }
     }
-    from_edges(graph.rows(), all)
+    from_edges(graph.num_nodes(), all)
 }
 
 /// Any node.

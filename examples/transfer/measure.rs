@@ -1,6 +1,6 @@
 //! How good a potential is: against the true cost-to-go, and to an agent that climbs it.
 
-use eigentrail::graph::Csr;
+use eigentrail::graph::SymmetricCsr;
 
 /// Of one potential on one map.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub struct Quality {
 
 impl Quality {
     /// Of φ at `nodes`, none of them the goal, on the true graph with true distances.
-    pub fn of(phi: &[f64], distances: &[f64], graph: &Csr, nodes: &[usize]) -> Self {
+    pub fn of(phi: &[f64], distances: &[f64], graph: &SymmetricCsr, nodes: &[usize]) -> Self {
         let v: Vec<f64> = nodes.iter().map(|&i| -phi[i]).collect();
         let d: Vec<f64> = nodes.iter().map(|&i| distances[i]).collect();
         let detours = nodes.iter().map(|&i| detour(phi, distances, graph, i));
@@ -64,16 +64,13 @@ fn pearson(x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-fn detour(phi: &[f64], distances: &[f64], graph: &Csr, start: usize) -> f64 {
+fn detour(phi: &[f64], distances: &[f64], graph: &SymmetricCsr, start: usize) -> f64 {
     const LIMIT: f64 = 10.0;
     let mut at = start;
     let mut steps = 0.0;
     while distances[at] > 0.0 && steps < LIMIT * distances[start] {
-        let row = graph.outer_view(at).expect("a node of the graph");
-        let best = row
-            .indices()
-            .iter()
-            .max_by(|&&a, &&b| phi[a as usize].total_cmp(&phi[b as usize]));
+        let neighbors = graph.row(at).0.iter();
+        let best = neighbors.max_by(|&&a, &&b| phi[a as usize].total_cmp(&phi[b as usize]));
         at = best.copied().expect("the graph is connected") as usize;
         steps += 1.0;
     }

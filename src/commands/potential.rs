@@ -26,7 +26,7 @@ pub fn potential(args: &cli::Potential) -> Result<Ending> {
     require_writable(args.out.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
-    let n = adjacency.rows();
+    let n = adjacency.num_nodes();
     if let Some(node) = args.goal.iter().find(|&&node| node >= n) {
         let path = args.graph.display();
         let last = n.saturating_sub(1);

@@ -8,7 +8,7 @@ use crate::signals;
 use anyhow::Result;
 use comfy_table::{Table, presets};
 use eigentrail::error::{Error, ErrorKind};
-use eigentrail::graph::{Csr, matrix_market};
+use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
 use eigentrail::runner::{require_spectrum_memory, write_matrix};
 use eigentrail::spectral::{
@@ -31,7 +31,8 @@ pub fn track(
     require_writable(args.vectors.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
-    require_spectrum_memory(adjacency.rows(), args.k, method(args.method)).map_err(Error::from)?;
+    require_spectrum_memory(adjacency.num_nodes(), args.k, method(args.method))
+        .map_err(Error::from)?;
     let params = TrackParams {
         k: args.k,
         growth: args.growth,
@@ -99,14 +100,14 @@ enum Message {
 /// Without eigenpairs then.
 fn follow(
     args: &cli::Track,
-    adjacency: Csr,
+    adjacency: SymmetricCsr,
     params: TrackParams,
     telemetry: &Telemetry,
     bars: bool,
 ) -> Result<(TrackReport, Option<Eigenpairs>)> {
-    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.rows() as u64);
+    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
     let mut report = TrackReport {
-        n: adjacency.rows(),
+        n: adjacency.num_nodes(),
         nnz: adjacency.nnz(),
         k: params.k,
         method: params.method,

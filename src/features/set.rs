@@ -3,7 +3,7 @@
 use super::{
     DeepWalk, DeepWalkParams, EmbeddingRefresh, FeatureError, FeatureSource, RandomFeatures,
 };
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use crate::spectral::{ProtoValueFunctions, SpectralParams, SpectrumRefresh};
 use faer::MatRef;
 
@@ -53,11 +53,11 @@ impl FeatureSet {
     ///
     /// # Panics
     /// If the graph has shrunk.
-    pub fn refresh(&mut self, adjacency: &Csr) -> Result<FeatureRefresh, FeatureError> {
+    pub fn refresh(&mut self, adjacency: &SymmetricCsr) -> Result<FeatureRefresh, FeatureError> {
         let uses = |source| self.used.contains(&source);
         let mut refresh = FeatureRefresh::default();
         if uses(FeatureSource::Random) {
-            self.random.grow(adjacency.rows());
+            self.random.grow(adjacency.num_nodes());
         }
         if uses(FeatureSource::Deepwalk) {
             refresh.embedding = Some(self.deepwalk.refresh(adjacency)?);

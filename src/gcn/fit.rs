@@ -4,7 +4,7 @@ use super::rows::view;
 use super::{
     Adam, ClassifierLoss, Gcn, GcnError, GcnParams, GcnWorkspace, LossWorkspace, Propagation,
 };
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
@@ -36,14 +36,14 @@ pub fn fit_classifier(
     gcn: &mut Gcn,
     adam: &mut Adam,
     propagation: &Propagation,
-    adjacency: &Csr,
+    adjacency: &SymmetricCsr,
     features: MatRef<'_, f64>,
     labels: &[(u32, usize)],
     params: &GcnParams,
 ) -> Result<(Mat<f64>, FitReport), GcnError> {
     params.validate()?;
     assert_eq!(
-        adjacency.rows(),
+        adjacency.num_nodes(),
         propagation.num_nodes(),
         "adjacency's rows"
     );

@@ -15,7 +15,7 @@
 
 use super::Smoothness;
 use super::rows::{pack, rows_per_lane, view};
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use faer::MatRef;
 use rayon::prelude::*;
 
@@ -58,10 +58,13 @@ impl<'a> ClassifierLoss<'a> {
     /// only smoothness is left. `lambda` is λ ≥ 0. O(nnz).
     ///
     /// # Panics
-    /// If `adjacency` is not square or not stored by rows, or a label names no node of it.
-    pub fn new(adjacency: &'a Csr, labels: &'a [(u32, usize)], lambda: f64) -> Self {
+    /// If a label names no node of the graph.
+    pub fn new(adjacency: &'a SymmetricCsr, labels: &'a [(u32, usize)], lambda: f64) -> Self {
         for &(node, _) in labels {
-            assert!((node as usize) < adjacency.rows(), "label of node {node}");
+            assert!(
+                (node as usize) < adjacency.num_nodes(),
+                "label of node {node}"
+            );
         }
         Self {
             smoothness: Smoothness::new(adjacency),
@@ -186,13 +189,13 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    fn path(n: usize) -> Csr {
+    fn path(n: usize) -> SymmetricCsr {
         let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
         for i in 1..n {
             triplets.add_triplet(i - 1, i, 1.0);
             triplets.add_triplet(i, i - 1, 1.0);
         }
-        triplets.to_csr()
+        SymmetricCsr::new(triplets.to_csr()).unwrap()
     }
 
     /// Log-odds 0 and ln 3 give φ = 1/2 and 3/4: cross-entropy of (node 1, class 1) is −ln(3/4), the single

@@ -3,7 +3,7 @@
 //!
 //! | symbol | what | shape | where |
 //! |---|---|---|---|
-//! | A | symmetric adjacency | n × n | [`Csr`](crate::graph::Csr) |
+//! | A | symmetric adjacency | n × n | [`SymmetricCsr`](crate::graph::SymmetricCsr) |
 //! | T̂ | D̃^-1/2 (A + I) D̃^-1/2 | n × n | [`Propagation`] |
 //! | X | features, here proto-value functions | n × features | the caller's |
 //! | W0, b0, W1, b1 | parameters | features × hidden, hidden, hidden × outputs, outputs | [`GcnParameters`] |
@@ -18,6 +18,7 @@
 //!
 //! ```
 //! use eigentrail::gcn::{Adam, Gcn, GcnParams, Propagation, fit_classifier};
+//! use eigentrail::graph::SymmetricCsr;
 //! use eigentrail::seeds::{Stream, stream};
 //! use faer::Mat;
 //!
@@ -26,7 +27,7 @@
 //! for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1)] {
 //!     edges.add_triplet(i, j, 1.0);
 //! }
-//! let adjacency = edges.to_csr();
+//! let adjacency = SymmetricCsr::new(edges.to_csr())?;
 //! let features = Mat::from_fn(3, 1, |i, _| i as f64 - 1.0);
 //!
 //! let params = GcnParams::default();

@@ -5,7 +5,7 @@
 //! self-loop of A adds to the one that I brings. Because T̂ᵀ = T̂, the same product serves the backward pass.
 
 use super::rows::{pack, rows_per_lane, unpack};
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
@@ -20,38 +20,31 @@ pub struct Propagation {
 }
 
 impl Propagation {
-    /// T̂ of a symmetric adjacency with non-negative weights; O(n + nnz).
-    ///
-    /// A weight that is NaN, or negative enough to leave a node without a positive D̃_ii, gives non-finite
-    /// entries, which [`fit_classifier`](super::fit_classifier) reports as an error.
-    ///
-    /// # Panics
-    /// If `adjacency` is not square or not stored by rows.
-    pub fn new(adjacency: &Csr) -> Self {
-        assert!(adjacency.is_csr(), "adjacency must be stored by rows");
-        assert_eq!(adjacency.rows(), adjacency.cols(), "adjacency not square");
+    /// T̂ of an undirected graph; O(n + nnz).
+    pub fn new(adjacency: &SymmetricCsr) -> Self {
         let mut propagation = Self::add_identity(adjacency);
         propagation.normalize();
         propagation
     }
 
     /// A + I, rows kept sorted.
-    fn add_identity(adjacency: &Csr) -> Self {
-        let n = adjacency.rows();
+    fn add_identity(adjacency: &SymmetricCsr) -> Self {
+        let n = adjacency.num_nodes();
         let mut offsets = Vec::with_capacity(n + 1);
         let mut columns = Vec::with_capacity(adjacency.nnz() + n);
         let mut values = Vec::with_capacity(adjacency.nnz() + n);
         offsets.push(0);
-        for (i, row) in adjacency.outer_iterator().enumerate() {
-            let diagonal = row.indices().partition_point(|&j| (j as usize) < i);
-            let has_loop = row.indices().get(diagonal) == Some(&(i as u32));
+        for i in 0..n {
+            let (neighbors, weights) = adjacency.row(i);
+            let diagonal = neighbors.partition_point(|&j| (j as usize) < i);
+            let has_loop = neighbors.get(diagonal) == Some(&(i as u32));
             let rest = diagonal + usize::from(has_loop);
-            columns.extend_from_slice(&row.indices()[..diagonal]);
-            values.extend_from_slice(&row.data()[..diagonal]);
+            columns.extend_from_slice(&neighbors[..diagonal]);
+            values.extend_from_slice(&weights[..diagonal]);
             columns.push(i as u32);
-            values.push(1.0 + if has_loop { row.data()[diagonal] } else { 0.0 });
-            columns.extend_from_slice(&row.indices()[rest..]);
-            values.extend_from_slice(&row.data()[rest..]);
+            values.push(1.0 + if has_loop { weights[diagonal] } else { 0.0 });
+            columns.extend_from_slice(&neighbors[rest..]);
+            values.extend_from_slice(&weights[rest..]);
             offsets.push(columns.len());
         }
         Self {
@@ -194,16 +187,16 @@ mod tests {
     use super::*;
 
     /// Dense twin, written from the definition.
-    fn dense(adjacency: &Csr) -> Mat<f64> {
-        let n = adjacency.rows();
+    fn dense(adjacency: &SymmetricCsr) -> Mat<f64> {
+        let n = adjacency.num_nodes();
         let tilde = Mat::from_fn(n, n, |i, j| {
-            adjacency.get(i, j).copied().unwrap_or(0.0) + f64::from(i == j)
+            adjacency.as_csr().get(i, j).copied().unwrap_or(0.0) + f64::from(i == j)
         });
         let degree = |i: usize| (0..n).map(|j| tilde[(i, j)]).sum::<f64>();
         Mat::from_fn(n, n, |i, j| tilde[(i, j)] / (degree(i) * degree(j)).sqrt())
     }
 
-    fn weighted(n: usize, edges: &[(usize, usize, f64)]) -> Csr {
+    fn weighted(n: usize, edges: &[(usize, usize, f64)]) -> SymmetricCsr {
         let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
         for &(i, j, w) in edges {
             triplets.add_triplet(i, j, w);
@@ -211,7 +204,7 @@ mod tests {
                 triplets.add_triplet(j, i, w);
             }
         }
-        triplets.to_csr()
+        SymmetricCsr::new(triplets.to_csr()).unwrap()
     }
 
     #[test]

@@ -4,30 +4,26 @@
 //! out negative, and self-loops drop out by themselves. |E| counts undirected edges without self-loops.
 
 use super::rows::{MAX_LANES, num_lanes, rows_per_lane};
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use rayon::prelude::*;
 
 /// The quadratic form V ↦ tr(VᵀLV) / |E| of one graph.
 #[derive(Clone, Copy, Debug)]
 pub struct Smoothness<'a> {
-    adjacency: &'a Csr,
+    adjacency: &'a SymmetricCsr,
     num_edges: usize,
 }
 
 impl<'a> Smoothness<'a> {
     /// Counts the edges; O(nnz).
-    ///
-    /// # Panics
-    /// If `adjacency` is not square or not stored by rows.
-    pub fn new(adjacency: &'a Csr) -> Self {
-        assert!(adjacency.is_csr(), "adjacency must be stored by rows");
-        assert_eq!(adjacency.rows(), adjacency.cols(), "adjacency not square");
-        let above = |(i, row): (usize, sprs::CsVecViewI<'_, f64, u32>)| {
-            row.indices().iter().filter(|&&j| j as usize > i).count()
+    pub fn new(adjacency: &'a SymmetricCsr) -> Self {
+        let above = |i: usize| {
+            let neighbors = adjacency.row(i).0.iter();
+            neighbors.filter(|&&j| j as usize > i).count()
         };
         Self {
             adjacency,
-            num_edges: adjacency.outer_iterator().enumerate().map(above).sum(),
+            num_edges: (0..adjacency.num_nodes()).map(above).sum(),
         }
     }
 
@@ -42,7 +38,7 @@ impl<'a> Smoothness<'a> {
     /// # Panics
     /// If a slice has not n · `columns` entries.
     pub fn evaluate(&self, values: &[f64], columns: usize, gradient: &mut [f64]) -> f64 {
-        let n = self.adjacency.rows();
+        let n = self.adjacency.num_nodes();
         assert_eq!(values.len(), n * columns, "values of the wrong length");
         assert_eq!(gradient.len(), n * columns, "gradient of the wrong length");
         if self.num_edges == 0 || columns == 0 {
@@ -75,15 +71,11 @@ impl<'a> Smoothness<'a> {
         gradient: &mut [f64],
     ) -> f64 {
         let scale = 2.0 / self.num_edges as f64;
-        let indptr = self.adjacency.indptr();
         let mut energy = 0.0;
         for (local, target) in gradient.chunks_exact_mut(columns).enumerate() {
             let i = first + local;
-            let entries = indptr.outer_inds_sz(i);
-            let row = Row {
-                neighbors: &self.adjacency.indices()[entries.clone()],
-                weights: &self.adjacency.data()[entries],
-            };
+            let (neighbors, weights) = self.adjacency.row(i);
+            let row = Row { neighbors, weights };
             energy += row.evaluate(i, values, columns, target);
             target.iter_mut().for_each(|value| *value *= scale);
         }
@@ -160,7 +152,7 @@ mod tests {
                 laplacian[(i, i)] += w;
             }
         }
-        let adjacency: Csr = triplets.to_csr();
+        let adjacency = SymmetricCsr::new(triplets.to_csr()).unwrap();
         let smoothness = Smoothness::new(&adjacency);
         assert_eq!(smoothness.num_edges(), 4);
         for c in [1, 2, 3, 5] {
@@ -183,7 +175,7 @@ mod tests {
     fn a_graph_without_edges_is_perfectly_smooth() {
         let mut triplets = sprs::TriMatI::<f64, u32>::new((2, 2));
         triplets.add_triplet(0, 0, 1.0);
-        let adjacency: Csr = triplets.to_csr();
+        let adjacency = SymmetricCsr::new(triplets.to_csr()).unwrap();
         let mut gradient = [f64::NAN; 2];
         let energy = Smoothness::new(&adjacency).evaluate(&[1.0, -1.0], 1, &mut gradient);
         assert_eq!((energy, gradient), (0.0, [0.0, 0.0]));

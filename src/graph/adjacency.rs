@@ -25,9 +25,6 @@ use super::slack_rows::SlackRows;
 use saved::Saved;
 use serde::{Deserialize, Serialize};
 
-/// Symmetric sparse matrix handed to numerical code: row-major, `f64` values, `u32` columns, columns sorted.
-pub type Csr = sprs::CsMatI<f64, u32>;
-
 /// Symmetric weighted adjacency that grows by nodes and edges; see the [module](self) for what it guarantees.
 ///
 /// ```
@@ -197,21 +194,28 @@ impl Adjacency {
 
     /// Checks rows whose columns are in range, and sums them up.
     pub(super) fn from_rows(inner: SlackRows) -> Result<Self, GraphError> {
-        let mut adjacency = Self {
-            degrees: Vec::with_capacity(inner.num_rows()),
-            inner,
-            num_loops: 0,
-        };
-        for row in 0..adjacency.num_nodes() {
-            adjacency.check_row(row as u32)?;
-            let degree: f64 = adjacency.inner.values(row).iter().sum();
+        let adjacency = Self::from_symmetric_rows(inner);
+        for (row, degree) in (0..).zip(&adjacency.degrees) {
+            adjacency.check_row(row)?;
             if degree.is_infinite() {
-                return Err(GraphError::DegreeOverflow { node: row as u32 });
+                return Err(GraphError::DegreeOverflow { node: row });
             }
-            adjacency.degrees.push(degree);
-            adjacency.num_loops += usize::from(adjacency.contains_edge(row as u32, row as u32));
         }
         Ok(adjacency)
+    }
+
+    /// Sums up rows for which invariants 1 and 2 hold, and whose sums are finite.
+    fn from_symmetric_rows(inner: SlackRows) -> Self {
+        let rows = 0..inner.num_rows();
+        let has_loop = |&row: &usize| inner.position(row, row as u32).is_ok();
+        Self {
+            degrees: rows
+                .clone()
+                .map(|row| inner.values(row).iter().sum())
+                .collect(),
+            num_loops: rows.filter(has_loop).count(),
+            inner,
+        }
     }
 
     /// Invariants 1 and 2 for one row.

@@ -1,11 +1,11 @@
 //! How far, and whether at all: hops and connected components.
 //!
 //! hops(v) = the least number of links on a way to v from the nearest source, by breadth-first search, O(n + nnz).
-//! What a link is comes from [`Links`]: the edges of an [`Adjacency`] or a [`Csr`]; the tried transitions as they were
+//! What a link is comes from [`Links`]: the edges of an [`Adjacency`] or a [`SymmetricCsr`]; the tried transitions as they were
 //! taken ([`Leaving`]); or those against their direction ([`Entering`]), so that hops from a goal are the number of
 //! steps **to** it, one-way passages respected.
 
-use super::{Adjacency, Csr, StateId, TransitionGraph};
+use super::{Adjacency, StateId, SymmetricCsr, TransitionGraph};
 use std::cmp::Reverse;
 
 /// The hops of a node that no source reaches.
@@ -31,15 +31,13 @@ impl Links for Adjacency {
     }
 }
 
-impl Links for Csr {
+impl Links for SymmetricCsr {
     fn num_nodes(&self) -> usize {
-        self.rows()
+        SymmetricCsr::num_nodes(self)
     }
 
     fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
-        self.indices()[self.indptr().outer_inds_sz(node as usize)]
-            .iter()
-            .copied()
+        self.row(node as usize).0.iter().copied()
     }
 }
 
@@ -214,7 +212,7 @@ impl Components {
 
     /// Finds the components of `links` anew in the buffers of `self`. O(n + nnz).
     ///
-    /// `links` must be symmetric ([`Adjacency`], [`Csr`]); in a directed graph the result means nothing.
+    /// `links` must be symmetric ([`Adjacency`], [`SymmetricCsr`]); in a directed graph the result means nothing.
     pub fn update(&mut self, links: &impl Links) {
         let Self { labels, sizes } = self;
         labels.clear();

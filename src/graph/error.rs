@@ -8,14 +8,6 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum GraphError {
-    /// An adjacency has as many rows as columns.
-    #[error("an adjacency must be square, this one is {rows} × {columns}")]
-    NotSquare {
-        /// Number of rows.
-        rows: usize,
-        /// Number of columns.
-        columns: usize,
-    },
     /// Every node of an edge exists.
     #[error("node {node} does not exist: there are {nodes} nodes")]
     NodeOutOfRange {

@@ -9,7 +9,7 @@
 //! | [`TransitionGraph`] | the directed multigraph of tried transitions | actions, counts, rewards |
 //! | [`Adjacency`] | the symmetric weights w(i, j) = w(j, i) > 0 | nothing but numbers |
 //!
-//! The spectral part sees only the last one, as a compact [`Csr`]. A step (s, a) → s′ with s ≠ s′ becomes the
+//! The spectral part sees only the last one, as a compact [`SymmetricCsr`], whose type says what it guarantees. A step (s, a) → s′ with s ≠ s′ becomes the
 //! undirected edge {s, s′} of weight 1, whichever way it was taken; a bump (s = s′) is counted as a transition but is
 //! no edge. Several components, isolated nodes and self-loops are legal everywhere.
 //!
@@ -37,8 +37,9 @@ mod slack_rows;
 pub mod state_graph;
 pub mod transition_graph;
 
-pub use adjacency::{Adjacency, Csr};
+pub use adjacency::Adjacency;
 pub use connectivity::{Components, HopSearch, Links};
+pub use eigentrail_spectra::SymmetricCsr;
 pub use error::GraphError;
 pub use export::NodeAttributes;
 pub use growth::{Growth, Revision};

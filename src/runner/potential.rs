@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::gcn::GcnParams;
-use crate::graph::{Csr, StateId};
+use crate::graph::{StateId, SymmetricCsr};
 use crate::shaping::{PotentialKind, ShapingParams, potential_on_graph, spurious_maxima};
 use crate::spectral::{ProtoValueFunctions, SpectralParams};
 use faer::Mat;
@@ -25,7 +25,7 @@ pub struct GraphPotential {
 /// # Errors
 /// If there is no goal or one is out of range, a weight is not finite and positive, or a fit fails.
 pub fn potential_of_graph(
-    adjacency: &Csr,
+    adjacency: &SymmetricCsr,
     goals: &[StateId],
     kind: PotentialKind,
     seed: u64,

@@ -1,7 +1,6 @@
 //! Features for every state, also for those that are newer than the features.
 
-use super::successors::csr_row;
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use faer::{Mat, MatRef};
 
 /// `features` with a row for each node of `adjacency`: a missing row is the mean of the rows of its neighbours that
@@ -10,9 +9,9 @@ use faer::{Mat, MatRef};
 ///
 /// # Panics
 /// If there are more rows than nodes.
-pub fn extended_features(features: MatRef<'_, f64>, adjacency: &Csr) -> Mat<f64> {
+pub fn extended_features(features: MatRef<'_, f64>, adjacency: &SymmetricCsr) -> Mat<f64> {
     let (known, columns) = features.shape();
-    let n = adjacency.rows();
+    let n = adjacency.num_nodes();
     assert!(known <= n, "{known} rows of features for {n} nodes");
     if columns == 0 {
         return Mat::full(n, 1, 1.0);
@@ -20,7 +19,7 @@ pub fn extended_features(features: MatRef<'_, f64>, adjacency: &Csr) -> Mat<f64>
     let mut extended = Mat::zeros(n, columns);
     extended.subrows_mut(0, known).copy_from(features);
     for i in known..n {
-        let (neighbors, _) = csr_row(adjacency, i);
+        let (neighbors, _) = adjacency.row(i);
         // Neighbours are sorted, so the older ones come first.
         let older = &neighbors[..neighbors.partition_point(|&j| (j as usize) < i)];
         for c in 0..columns {

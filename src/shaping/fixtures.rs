@@ -5,12 +5,12 @@ use super::cost_to_go::cost_to_go;
 use super::site::Site;
 use super::successors::Successors;
 use super::terrain::Terrain;
-use crate::graph::{Csr, StateId};
+use crate::graph::{StateId, SymmetricCsr};
 use faer::Mat;
 use proptest::prelude::*;
 
 /// An undirected graph with unit weights; an edge given twice weighs 1 all the same.
-pub fn graph(n: usize, edges: &[(usize, usize)]) -> Csr {
+pub fn graph(n: usize, edges: &[(usize, usize)]) -> SymmetricCsr {
     let mut directed: Vec<_> = edges.iter().flat_map(|&(i, j)| [(i, j), (j, i)]).collect();
     directed.sort_unstable();
     directed.dedup();
@@ -18,16 +18,16 @@ pub fn graph(n: usize, edges: &[(usize, usize)]) -> Csr {
     directed
         .iter()
         .for_each(|&(i, j)| triplets.add_triplet(i, j, 1.0));
-    triplets.to_csr()
+    SymmetricCsr::new(triplets.to_csr()).unwrap()
 }
 
 /// The path 0 – 1 – … – (n−1).
-pub fn path(n: usize) -> Csr {
+pub fn path(n: usize) -> SymmetricCsr {
     graph(n, &(1..n).map(|i| (i - 1, i)).collect::<Vec<_>>())
 }
 
 /// The grid of `rows` × `columns` cells, numbered row by row, without the edges that touch `walls`.
-pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> Csr {
+pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> SymmetricCsr {
     let mut edges = Vec::new();
     for i in 0..rows * columns {
         if i % columns + 1 < columns {
@@ -42,15 +42,15 @@ pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> Csr {
 }
 
 /// Unit costs and goals of equal worth.
-pub fn chain(adjacency: &Csr, goals: &[u32]) -> Chain {
-    let successors = Successors::undirected(adjacency).unwrap();
-    let costs = vec![1.0; adjacency.rows()];
+pub fn chain(adjacency: &SymmetricCsr, goals: &[u32]) -> Chain {
+    let successors = Successors::undirected(adjacency);
+    let costs = vec![1.0; adjacency.num_nodes()];
     let reach = cost_to_go(&successors, &costs, goals, &vec![0.0; goals.len()]);
     Chain::new(&successors, reach.order, goals.len())
 }
 
 /// Graphs of 2 to 24 nodes, any density, connected or not, with self-loops.
-pub fn any_graph() -> impl Strategy<Value = Csr> {
+pub fn any_graph() -> impl Strategy<Value = SymmetricCsr> {
     (2_usize..24).prop_flat_map(|n| {
         prop::collection::vec((0..n, 0..n), 0..4 * n).prop_map(move |edges| graph(n, &edges))
     })
@@ -59,7 +59,7 @@ pub fn any_graph() -> impl Strategy<Value = Csr> {
 /// Calls `check` with a site on a 9 × 8 grid with two walls, goal in a corner, and `features` columns of features.
 pub fn on_grid(features: usize, check: impl FnOnce(&Site<'_>)) {
     let adjacency = grid(9, 8, &[17, 18, 19, 44, 45]);
-    let terrain = Terrain::uniform(&Successors::undirected(&adjacency).unwrap(), &[StateId(0)]);
+    let terrain = Terrain::uniform(&Successors::undirected(&adjacency), &[StateId(0)]);
     let features = Mat::from_fn(72, features, |i, c| {
         ((i * (c + 2) * 37) % 29) as f64 / 14.0 - 1.0
     });

@@ -70,7 +70,7 @@ pub use potential::{PotentialTable, spurious_maxima};
 pub use shaper::RewardShaper;
 
 use crate::brief::brief;
-use crate::graph::{Csr, StateId, TransitionGraph};
+use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
 use faer::MatRef;
 
 /// A function of states that shapes the reward.
@@ -94,7 +94,7 @@ pub struct PotentialInputs<'a> {
     /// What was tried and what came of it.
     pub graph: &'a TransitionGraph,
     /// Compact copy of `graph.adjacency()`, taken once per refresh: as many rows as the graph has states.
-    pub adjacency: &'a Csr,
+    pub adjacency: &'a SymmetricCsr,
     /// The goals seen so far, without duplicates. While there is none every potential but the oracle's is 0.
     pub goals: &'a [Goal],
     /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the report.
@@ -127,18 +127,6 @@ pub enum ShapingError {
         /// State number.
         state: usize,
         /// The value it has.
-        value: f64,
-    },
-    /// An edge weight that is no conductance.
-    #[error(
-        "edge weight at row {row}, column {column} is {value}: weights must be finite and positive"
-    )]
-    Weight {
-        /// Row of the entry.
-        row: usize,
-        /// Column of the entry.
-        column: usize,
-        /// The weight it has.
         value: f64,
     },
     /// A reward that is NaN or infinite.

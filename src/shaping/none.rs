@@ -8,6 +8,6 @@ pub struct NoPotential;
 
 impl PotentialModel for NoPotential {
     fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
-        Ok(PotentialFit::flat(inputs.adjacency.rows()))
+        Ok(PotentialFit::flat(inputs.adjacency.num_nodes()))
     }
 }

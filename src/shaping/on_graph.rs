@@ -6,7 +6,7 @@ use super::successors::Successors;
 use super::terrain::Terrain;
 use super::{PotentialFit, PotentialKind, ShapingError, ShapingParams};
 use crate::gcn::GcnParams;
-use crate::graph::{Csr, StateId};
+use crate::graph::{StateId, SymmetricCsr};
 use faer::MatRef;
 
 /// φ of every node of `adjacency` for an agent that wants to reach one of `goals`. Edge weights are conductances of
@@ -18,14 +18,13 @@ use faer::MatRef;
 /// farthest from the goals stands in.
 ///
 /// # Errors
-/// [`ShapingError::NoGoal`], [`GoalRange`](ShapingError::GoalRange), [`Weight`](ShapingError::Weight) for a weight that
-/// is not finite and positive, [`KindNeedsWorld`](ShapingError::KindNeedsWorld) for `oracle` and `none`,
+/// [`ShapingError::NoGoal`], [`GoalRange`](ShapingError::GoalRange), [`KindNeedsWorld`](ShapingError::KindNeedsWorld) for `oracle` and `none`,
 /// [`Parameter`](ShapingError::Parameter), or a failed fit.
 ///
 /// # Panics
-/// If `adjacency` is not square or has fewer rows than `features`.
+/// If `adjacency` has fewer rows than `features`.
 pub fn potential_on_graph(
-    adjacency: &Csr,
+    adjacency: &SymmetricCsr,
     goals: &[StateId],
     kind: PotentialKind,
     features: MatRef<'_, f64>,
@@ -35,10 +34,10 @@ pub fn potential_on_graph(
 ) -> Result<PotentialFit, ShapingError> {
     shaping.validate()?;
     gcn.validate()?;
-    let goals = checked_goals(goals, adjacency.rows())?;
+    let goals = checked_goals(goals, adjacency.num_nodes())?;
     let mut model =
         build_site_model(kind, shaping, gcn, seed).ok_or(ShapingError::KindNeedsWorld { kind })?;
-    let terrain = Terrain::uniform(&Successors::undirected(adjacency)?, &goals);
+    let terrain = Terrain::uniform(&Successors::undirected(adjacency), &goals);
     let labels = labels(&terrain);
     model.fit_site(&Site {
         terrain: &terrain,

@@ -32,7 +32,7 @@ impl PotentialModel for OraclePotential {
     /// often discovered by the step that asks for this fit, before anybody could tell.)
     fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
         let per_step = -self.scale_factor * Terrain::observed(inputs)?.step_reward;
-        let n = inputs.adjacency.rows();
+        let n = inputs.adjacency.num_nodes();
         let told = |i: usize| self.distances.get(i).copied().flatten();
         let phi = |i: usize| told(i).map(|d| 0.0 + per_step * d);
         let lowest = (0..n).filter_map(phi).fold(0.0, f64::min);

@@ -1,8 +1,7 @@
 //! φ as a table: frozen between two fits, O(1) a look-up, growing with the states found meanwhile.
 
-use super::successors::csr_row;
 use super::{Potential, PotentialFit, ShapingError};
-use crate::graph::{Csr, StateId};
+use crate::graph::{StateId, SymmetricCsr};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -113,10 +112,14 @@ pub(crate) fn check_finite(values: &[f64]) -> Result<(), ShapingError> {
 ///
 /// # Panics
 /// If `values` has not one entry per node, or a goal is out of range.
-pub fn spurious_maxima(values: &[f64], adjacency: &Csr, goals: &[StateId]) -> Vec<StateId> {
-    assert_eq!(values.len(), adjacency.rows(), "one value per node");
-    let neighbors = |i: usize| csr_row(adjacency, i).0;
-    let reached = reachable(adjacency.rows(), goals, &neighbors);
+pub fn spurious_maxima(
+    values: &[f64],
+    adjacency: &SymmetricCsr,
+    goals: &[StateId],
+) -> Vec<StateId> {
+    assert_eq!(values.len(), adjacency.num_nodes(), "one value per node");
+    let neighbors = |i: usize| adjacency.row(i).0;
+    let reached = reachable(adjacency.num_nodes(), goals, &neighbors);
     let is_goal = |i: usize| goals.iter().any(|g| g.index() == i);
     (0..values.len())
         .filter(|&i| reached[i] && !neighbors(i).iter().any(|&j| values[j as usize] > values[i]))

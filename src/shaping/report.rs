@@ -62,7 +62,7 @@ impl SiteModel for ReportPotential {
     /// Without labels φ is 0.
     fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
         if site.labels.is_empty() {
-            return Ok(PotentialFit::flat(site.adjacency.rows()));
+            return Ok(PotentialFit::flat(site.adjacency.num_nodes()));
         }
         let features = extended_features(site.features, site.adjacency);
         let untrained = self.untrained(features.ncols());

@@ -2,7 +2,7 @@
 
 use super::terrain::Terrain;
 use super::{PotentialFit, PotentialInputs, PotentialModel, ShapingError};
-use crate::graph::{Csr, StateId};
+use crate::graph::{StateId, SymmetricCsr};
 use faer::MatRef;
 
 /// A terrain, and what learnt potentials need beside it.
@@ -11,7 +11,7 @@ pub struct Site<'a> {
     /// Moves, costs, goals.
     pub terrain: &'a Terrain,
     /// Symmetric adjacency, one row per state.
-    pub adjacency: &'a Csr,
+    pub adjacency: &'a SymmetricCsr,
     /// n′ × k features of the first n′ states.
     pub features: MatRef<'a, f64>,
     /// (state, 1 if rewarding else 0).
@@ -30,7 +30,7 @@ pub trait SiteModel: Send {
 impl<M: SiteModel> PotentialModel for M {
     fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
         if inputs.goals.is_empty() {
-            return Ok(PotentialFit::flat(inputs.adjacency.rows()));
+            return Ok(PotentialFit::flat(inputs.adjacency.num_nodes()));
         }
         let terrain = Terrain::observed(inputs)?;
         self.fit_site(&Site {

@@ -14,9 +14,8 @@
 //! bump), and the potential would push the agent off the walls that its shortest path may follow. What waiting
 //! really costs is in the rewards, hence in the step costs. The same holds for an action that slips in place.
 
-use super::ShapingError;
 use crate::env::Action;
-use crate::graph::{Csr, StateId, TransitionGraph};
+use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
 
 /// A move that weighs less beside its alternatives counts as this likely: still a move, and no underflow.
 const SMALLEST_PROBABILITY: f64 = 1e-30;
@@ -33,15 +32,12 @@ pub struct Successors {
 impl Successors {
     /// P of a world as far as it was observed. O(n + transitions).
     ///
-    /// # Errors
-    /// [`ShapingError::Weight`] if an edge weight is not finite and positive.
-    ///
     /// # Panics
     /// If `adjacency` has not one row per state of `graph`.
-    pub fn observed(graph: &TransitionGraph, adjacency: &Csr) -> Result<Self, ShapingError> {
+    pub fn observed(graph: &TransitionGraph, adjacency: &SymmetricCsr) -> Self {
         let n = graph.num_states();
         assert_eq!(
-            adjacency.rows(),
+            adjacency.num_nodes(),
             n,
             "the adjacency must be that of the transition graph"
         );
@@ -52,25 +48,22 @@ impl Successors {
             if graph.untried_actions(state) == 0 {
                 empirical_row(graph, state, &mut row);
             } else {
-                undirected_row(adjacency, i, &mut row)?;
+                undirected_row(adjacency, i, &mut row);
             }
             rows.push_row(&mut row);
         }
-        Ok(rows)
+        rows
     }
 
     /// P of an undirected graph: its weights, normalised by row. O(n + nnz).
-    ///
-    /// # Errors
-    /// [`ShapingError::Weight`] if an edge weight is not finite and positive.
-    pub fn undirected(adjacency: &Csr) -> Result<Self, ShapingError> {
-        let mut rows = Self::with_capacity(adjacency.rows(), adjacency.nnz());
+    pub fn undirected(adjacency: &SymmetricCsr) -> Self {
+        let mut rows = Self::with_capacity(adjacency.num_nodes(), adjacency.nnz());
         let mut row = Vec::new();
-        for i in 0..adjacency.rows() {
-            undirected_row(adjacency, i, &mut row)?;
+        for i in 0..adjacency.num_nodes() {
+            undirected_row(adjacency, i, &mut row);
             rows.push_row(&mut row);
         }
-        Ok(rows)
+        rows
     }
 
     fn with_capacity(n: usize, nnz: usize) -> Self {
@@ -151,37 +144,16 @@ fn empirical_row(graph: &TransitionGraph, state: StateId, row: &mut Vec<(u32, f6
     row.extend(moves().map(|o| (o.next.0, f64::from(o.count) / seen_of(o.action))));
 }
 
-fn undirected_row(
-    adjacency: &Csr,
-    i: usize,
-    row: &mut Vec<(u32, f64)>,
-) -> Result<(), ShapingError> {
-    let (columns, weights) = csr_row(adjacency, i);
-    for (&j, &value) in columns.iter().zip(weights) {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(ShapingError::Weight {
-                row: i,
-                column: j as usize,
-                value,
-            });
-        }
-        if j as usize != i {
-            row.push((j, value));
-        }
-    }
-    Ok(())
-}
-
-/// Columns and values of row `i`.
-pub(crate) fn csr_row(csr: &Csr, i: usize) -> (&[u32], &[f64]) {
-    let range = csr.indptr().outer_inds_sz(i);
-    (&csr.indices()[range.clone()], &csr.data()[range])
+fn undirected_row(adjacency: &SymmetricCsr, i: usize, row: &mut Vec<(u32, f64)>) {
+    let (columns, weights) = adjacency.row(i);
+    let entries = columns.iter().copied().zip(weights.iter().copied());
+    row.extend(entries.filter(|&(j, _)| j as usize != i));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shaping::fixtures::{any_graph, graph};
+    use crate::shaping::fixtures::any_graph;
     use proptest::prelude::*;
 
     /// Records `count` transitions from state 0.
@@ -192,7 +164,7 @@ mod tests {
     }
 
     fn row(graph: &TransitionGraph) -> Vec<(u32, f64)> {
-        let successors = Successors::observed(graph, &graph.adjacency().to_csr()).unwrap();
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr());
         let (targets, probabilities) = successors.row(0);
         targets
             .iter()
@@ -237,19 +209,22 @@ mod tests {
 
     #[test]
     fn a_weight_beyond_comparison_is_still_a_move() {
-        let mut adjacency = graph(3, &[(0, 1), (0, 2)]);
-        *adjacency.get_mut(0, 1).unwrap() = 1e-200;
-        *adjacency.get_mut(0, 2).unwrap() = 1e200;
-        let successors = Successors::undirected(&adjacency).unwrap();
+        let mut edges = sprs::TriMatI::<f64, u32>::new((3, 3));
+        for (i, weight) in [(1, 1e-200), (2, 1e200)] {
+            edges.add_triplet(0, i, weight);
+            edges.add_triplet(i, 0, weight);
+        }
+        let adjacency = SymmetricCsr::new(edges.to_csr()).unwrap();
+        let successors = Successors::undirected(&adjacency);
         assert_eq!(successors.row(0).1, [SMALLEST_PROBABILITY, 1.0]);
     }
 
     proptest! {
         #[test]
         fn rows_are_distributions_and_predecessors_transpose_them(adjacency in any_graph()) {
-            let successors = Successors::undirected(&adjacency).unwrap();
+            let successors = Successors::undirected(&adjacency);
             let (offsets, sources) = successors.predecessors();
-            for i in 0..adjacency.rows() {
+            for i in 0..adjacency.num_nodes() {
                 let (targets, probabilities) = successors.row(i);
                 prop_assert!(targets.is_sorted() && !targets.contains(&(i as u32)));
                 let total: f64 = probabilities.iter().sum();

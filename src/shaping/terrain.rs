@@ -45,12 +45,12 @@ impl Terrain {
     /// The terrain of a world as far as it was observed. O((n + transitions) log n).
     ///
     /// # Errors
-    /// If a mean reward or an edge weight is not finite.
+    /// If a mean reward is not finite.
     ///
     /// # Panics
     /// If the adjacency does not belong to the graph, or a goal is out of range.
     pub fn observed(inputs: &PotentialInputs<'_>) -> Result<Self, ShapingError> {
-        let successors = Successors::observed(inputs.graph, inputs.adjacency)?;
+        let successors = Successors::observed(inputs.graph, inputs.adjacency);
         let (costs, typical) = observed_costs(inputs.graph)?;
         if let Some(bad) = inputs.goals.iter().find(|g| !g.reward.is_finite()) {
             return Err(ShapingError::Reward {

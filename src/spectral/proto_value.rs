@@ -6,17 +6,16 @@
 //! space. Scaled by √n the entries are of order 1 whatever the size of the graph.
 
 use super::{
-    Eigenpairs, LowSpectrum, SpectralError, SpectralParams, SpectrumRefresh, procrustes,
-    procrustes::sign_of_largest,
+    Eigenpairs, GrowingEigensolver, SpectralError, SpectralParams, SpectrumRefresh, SymmetricCsr,
+    procrustes, with_fixed_signs,
 };
-use crate::graph::Csr;
 use crate::vector_state::clear_upper_halves;
 use faer::{Mat, MatRef, Scale};
 
 /// The features of a growing graph: lowest eigenvectors, aligned from one refresh to the next.
 #[derive(Clone, Debug)]
 pub struct ProtoValueFunctions {
-    spectrum: LowSpectrum,
+    spectrum: GrowingEigensolver,
     /// √n V Q.
     features: Option<Mat<f64>>,
 }
@@ -25,7 +24,7 @@ impl ProtoValueFunctions {
     /// Nothing yet. `params` are checked by the first [`refresh`](Self::refresh).
     pub fn new(params: SpectralParams, seed: u64) -> Self {
         Self {
-            spectrum: LowSpectrum::new(params, seed),
+            spectrum: GrowingEigensolver::new(params, seed),
             features: None,
         }
     }
@@ -34,11 +33,11 @@ impl ProtoValueFunctions {
     /// appended). Keeps min(k, n) pairs. On not converging keeps the best found and says so.
     ///
     /// # Errors
-    /// As [`LowSpectrum::refresh`]; the features of the last refresh are then still there.
+    /// As [`GrowingEigensolver::refresh`]; the features of the last refresh are then still there.
     ///
     /// # Panics
-    /// As [`LowSpectrum::refresh`].
-    pub fn refresh(&mut self, adjacency: &Csr) -> Result<SpectrumRefresh, SpectralError> {
+    /// As [`GrowingEigensolver::refresh`].
+    pub fn refresh(&mut self, adjacency: &SymmetricCsr) -> Result<SpectrumRefresh, SpectralError> {
         let refresh = self.spectrum.refresh(adjacency)?;
         let vectors = &self
             .eigenpairs()
@@ -48,7 +47,7 @@ impl ProtoValueFunctions {
             Some(last) if continues(vectors, last) => {
                 vectors * procrustes(vectors.as_ref(), last.as_ref())?
             }
-            _ => with_fixed_signs(vectors),
+            _ => with_fixed_signs(vectors.as_ref()),
         };
         self.features = Some(Scale((refresh.nodes as f64).sqrt()) * turned);
         clear_upper_halves();
@@ -73,20 +72,14 @@ fn continues(vectors: &Mat<f64>, last: &Mat<f64>) -> bool {
     last.nrows() <= vectors.nrows() && last.ncols() <= vectors.ncols()
 }
 
-/// Each column with its entry of largest magnitude positive: the convention of a first basis.
-fn with_fixed_signs(vectors: &Mat<f64>) -> Mat<f64> {
-    let signs: Vec<f64> = (0..vectors.ncols())
-        .map(|j| sign_of_largest(vectors.col(j).iter().copied()))
-        .collect();
-    Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
-        signs[j] * vectors[(i, j)]
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectral::testing;
+    use eigentrail_testing::graphs;
+
+    fn checked(graph: graphs::Csr) -> SymmetricCsr {
+        SymmetricCsr::new(graph).unwrap()
+    }
 
     fn params(k: usize) -> SpectralParams {
         SpectralParams {
@@ -98,11 +91,11 @@ mod tests {
 
     #[test]
     fn features_span_the_eigenspace_with_columns_of_norm_sqrt_n() {
-        let whole = testing::discovered(&testing::grid(21, 20), 1);
+        let whole = checked(graphs::discovered(&graphs::grid(21, 20), 1));
         let mut pvf = ProtoValueFunctions::new(params(6), 0);
         assert!(pvf.features().is_none() && pvf.eigenpairs().is_none());
         for n in [0, 1, 3, 10, 200, 380, 420] {
-            pvf.refresh(&testing::prefix(&whole, n)).unwrap();
+            pvf.refresh(&whole.leading_block(n)).unwrap();
             let k = 6.min(n);
             let features = pvf.features().unwrap();
             assert_eq!((features.nrows(), features.ncols()), (n, k));
@@ -119,12 +112,12 @@ mod tests {
     fn features_hardly_move_when_the_graph_hardly_grows() {
         // λ_7 and λ_8 of a 23 × 20 grid are well apart, so that the 7-space moves little; within it
         // raw eigenvectors would swap and change sign.
-        let whole = testing::grid(23, 20);
+        let whole = checked(graphs::grid(23, 20));
         let mut pvf = ProtoValueFunctions::new(params(7), 0);
-        pvf.refresh(&testing::prefix(&whole, 440)).unwrap();
+        pvf.refresh(&whole.leading_block(440)).unwrap();
         for n in (441..=460).step_by(1) {
             let before = pvf.features().unwrap().to_owned();
-            pvf.refresh(&testing::prefix(&whole, n)).unwrap();
+            pvf.refresh(&whole.leading_block(n)).unwrap();
             let after = pvf.features().unwrap().subrows(0, before.nrows());
             let moved = (after - &before).norm_l2() / before.norm_l2();
             assert!(moved < 0.1, "n = {n}: moved by {moved}");
@@ -134,9 +127,9 @@ mod tests {
     #[test]
     fn an_error_leaves_the_last_features_in_place() {
         let mut pvf = ProtoValueFunctions::new(params(4), 0);
-        pvf.refresh(&testing::path(10)).unwrap();
-        let bad = testing::from_weighted_edges(11, &[(0, 1, f64::NAN)]);
-        assert!(pvf.refresh(&bad).is_err());
+        pvf.refresh(&checked(graphs::path(10))).unwrap();
+        let bad = SymmetricCsr::new(graphs::from_weighted_edges(11, &[(0, 1, f64::NAN)]));
+        assert!(bad.and_then(|bad| pvf.refresh(&bad)).is_err());
         assert_eq!(pvf.features().unwrap().nrows(), 10);
     }
 }

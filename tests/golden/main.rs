@@ -17,10 +17,9 @@
 //! Sums have one order on every x86-64 processor with AVX2 and FMA. Without those, the dense kernels of faer use
 //! narrower registers and round otherwise: there the tests are ignored, and listed so.
 
-#[path = "../common/graphs.rs"]
-mod graphs;
 mod results;
 
+use eigentrail_testing::graphs;
 use libtest_mimic::{Arguments, Failed, Trial};
 use results::{Hashes, Subject};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What is hashed: the result files of a run, the facts and vectors of an eigensolve.
 
-use crate::graphs::Csr;
+use eigentrail_testing::graphs::Csr;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

@@ -243,7 +243,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
         let graph = self.graph.transitions();
         let goals: Vec<u32> = self.book.states().map(|goal| goal.0).collect();
-        let successors = Successors::observed(graph, &graph.adjacency().to_csr())?;
+        let successors = Successors::observed(graph, &graph.adjacency().to_csr());
         let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
         let order = cost_to_go(&successors, &steps, &goals, &ends).order;
         let chain = Chain::new(&successors, order, goals.len());

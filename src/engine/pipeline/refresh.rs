@@ -4,7 +4,7 @@ use super::{Guide, PipelineError, ShapingPipeline};
 use crate::engine::record::RefreshRecord;
 use crate::engine::schedule::Moment;
 use crate::exploration::explorer::Destination;
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use crate::shaping::PotentialInputs;
 use faer::Mat;
 use std::hash::Hash;
@@ -64,7 +64,11 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
             }
     }
 
-    fn fit(&mut self, adjacency: &Csr, record: &mut RefreshRecord) -> Result<(), PipelineError> {
+    fn fit(
+        &mut self,
+        adjacency: &SymmetricCsr,
+        record: &mut RefreshRecord,
+    ) -> Result<(), PipelineError> {
         let nothing = Mat::zeros(0, 0);
         let handicaps = self.book.handicaps();
         let inputs = PotentialInputs {

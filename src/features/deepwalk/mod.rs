@@ -25,7 +25,7 @@ pub use skip_gram::SkipGram;
 pub use walks::Walker;
 
 use super::FeatureError;
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use crate::seeds::{Stream, stream};
 use faer::{Mat, MatRef};
 use rand::RngExt;
@@ -77,19 +77,18 @@ impl DeepWalk {
     /// Fits the vectors to a graph that has grown since the last call (rows and entries only added).
     ///
     /// # Errors
-    /// If a parameter is out of range, a weight is not finite and positive, or the vectors diverged; after the first
-    /// two everything is as it was.
+    /// If a parameter is out of range, after which everything is as it was, or if the vectors diverged.
     ///
     /// # Panics
     /// If the graph has fewer nodes than at the last call.
-    pub fn refresh(&mut self, adjacency: &Csr) -> Result<EmbeddingRefresh, FeatureError> {
+    pub fn refresh(&mut self, adjacency: &SymmetricCsr) -> Result<EmbeddingRefresh, FeatureError> {
         self.params.validate()?;
-        let walker = Walker::new(adjacency)?;
+        let walker = Walker::new(adjacency);
         assert!(
-            adjacency.rows() >= self.model.num_nodes(),
+            adjacency.num_nodes() >= self.model.num_nodes(),
             "a graph of {} nodes has shrunk to {}",
             self.model.num_nodes(),
-            adjacency.rows()
+            adjacency.num_nodes()
         );
         self.add_nodes(adjacency);
         let starts = self.starts(adjacency);
@@ -103,9 +102,9 @@ impl DeepWalk {
         self.features.as_ref().map(Mat::as_ref)
     }
 
-    fn add_nodes(&mut self, adjacency: &Csr) {
-        for i in self.model.num_nodes()..adjacency.rows() {
-            let neighbors = &adjacency.indices()[adjacency.indptr().outer_inds_sz(i)];
+    fn add_nodes(&mut self, adjacency: &SymmetricCsr) {
+        for i in self.model.num_nodes()..adjacency.num_nodes() {
+            let neighbors = adjacency.row(i).0;
             // On the very first graph means of means would be all alike.
             let older = match self.row_lengths.is_empty() {
                 true => 0,
@@ -116,11 +115,9 @@ impl DeepWalk {
     }
 
     /// Nodes with new edges, each `walks_per_node` times, and as many others; in random order.
-    fn starts(&mut self, adjacency: &Csr) -> Vec<u32> {
-        let n = adjacency.rows();
-        let lengths: Vec<usize> = (0..n)
-            .map(|i| adjacency.indptr().nnz_in_outer_sz(i))
-            .collect();
+    fn starts(&mut self, adjacency: &SymmetricCsr) -> Vec<u32> {
+        let n = adjacency.num_nodes();
+        let lengths: Vec<usize> = (0..n).map(|i| adjacency.row(i).0.len()).collect();
         let changed: Vec<u32> = (0..n)
             .filter(|&i| self.row_lengths.get(i) != Some(&lengths[i]))
             .map(|i| i as u32)
@@ -197,19 +194,19 @@ impl DeepWalk {
 
 #[cfg(test)]
 pub(super) mod testing {
-    use crate::graph::Csr;
+    use crate::graph::SymmetricCsr;
 
-    pub fn weighted(n: usize, edges: &[(usize, usize, f64)]) -> Csr {
+    pub fn weighted(n: usize, edges: &[(usize, usize, f64)]) -> SymmetricCsr {
         let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
         for &(i, j, weight) in edges {
             triplets.add_triplet(i, j, weight);
             triplets.add_triplet(j, i, weight);
         }
-        triplets.to_csr()
+        SymmetricCsr::new(triplets.to_csr()).unwrap()
     }
 
     /// Two complete graphs of `size` nodes, joined by the edge between nodes 0 and `size`.
-    pub fn two_cliques(size: usize) -> Csr {
+    pub fn two_cliques(size: usize) -> SymmetricCsr {
         let mut edges = vec![(0, size, 1.0)];
         for first in [0, size] {
             for i in 0..size {

@@ -180,7 +180,7 @@ impl ConductancePotential {
             initial_loss: loss,
             loss,
         };
-        Ok((loss <= self.effort(site.adjacency.rows()).begin_above).then_some(report))
+        Ok((loss <= self.effort(site.adjacency.num_nodes()).begin_above).then_some(report))
     }
 
     /// Asks the network on its present features, and trains it if that is worth it.
@@ -202,7 +202,7 @@ impl ConductancePotential {
         if is_new {
             self.learnt = None;
         }
-        let effort = self.effort(site.adjacency.rows());
+        let effort = self.effort(site.adjacency.num_nodes());
         let network = self.network.as_mut().expect("prepared above");
         let before = network.clone();
         let outcome = train(network, inputs, objective, effort);

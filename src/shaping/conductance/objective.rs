@@ -61,7 +61,7 @@ impl<'a> Objective<'a> {
     ) -> Self {
         let terrain = site.terrain;
         let by_position = vec![0.0; terrain.chain.len()];
-        let by_state = vec![0.0; site.adjacency.rows()];
+        let by_state = vec![0.0; site.adjacency.num_nodes()];
         Self {
             terrain,
             shaping,

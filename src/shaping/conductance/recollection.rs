@@ -7,7 +7,7 @@
 //! **z** is kept so that the network need not be asked while neither it nor its features have changed: new states take
 //! the mean z of their older neighbours, as they would take the mean of their features.
 
-use crate::graph::Csr;
+use crate::graph::SymmetricCsr;
 use crate::shaping::features::extended_features;
 use crate::shaping::grounded::{GroundedSolution, Guess};
 use crate::shaping::site::Site;
@@ -48,7 +48,7 @@ impl Recollection {
         let ratios: Vec<f64> = ratios
             .map(|(p, (v, d))| if p < goals { UNKNOWN } else { v / d })
             .collect();
-        let now = (site.adjacency.rows(), fingerprint(site.features));
+        let now = (site.adjacency.num_nodes(), fingerprint(site.features));
         Self {
             output,
             asked_at: earlier.map_or(now, |earlier| earlier.asked_at),
@@ -59,10 +59,10 @@ impl Recollection {
 
     /// What the network would say (n × 1), as far as one can tell without asking it; none if its features are new, or the
     /// graph has outgrown what it was asked about.
-    pub fn output(&self, adjacency: &Csr, features: MatRef<'_, f64>) -> Option<Mat<f64>> {
+    pub fn output(&self, adjacency: &SymmetricCsr, features: MatRef<'_, f64>) -> Option<Mat<f64>> {
         let (nodes, of_features) = self.asked_at;
         let known = self.output.len()..=((1.0 + STALE_GROWTH) * nodes as f64) as usize;
-        let holds = known.contains(&adjacency.rows()) && fingerprint(features) == of_features;
+        let holds = known.contains(&adjacency.num_nodes()) && fingerprint(features) == of_features;
         holds.then(|| {
             let known = MatRef::from_column_major_slice(&self.output, self.output.len(), 1);
             extended_features(known, adjacency)

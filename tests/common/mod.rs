@@ -1,4 +1,0 @@
-//! What several integration tests share.
-
-pub mod families;
-pub mod graphs;
