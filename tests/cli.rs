@@ -818,7 +818,7 @@ mod runs {
         let program = Program::new();
         let file = program.file(
             "long.toml",
-            &QUICK.replace("episodes = 25", "episodes = 1000000000"),
+            &QUICK.replace("episodes = 25", "episodes = 10000000"),
         );
         let mut child = Command::new(env!("CARGO_BIN_EXE_eigentrail"))
             .current_dir(program.folder.path())
