@@ -53,7 +53,7 @@ impl Extent {
 
 /// Rounded down to two digits, so that what a message allows is allowed.
 fn two_digits_below(positive: f64) -> f64 {
-    let unit = 10_f64.powi(positive.log10().floor() as i32 - 1);
+    let unit = 10_f64.powi(libm::log10(positive).floor() as i32 - 1);
     (positive / unit).floor() * unit
 }
 

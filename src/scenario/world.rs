@@ -129,7 +129,7 @@ impl EnvParams {
         rng: ChaCha8Rng,
     ) -> Result<World, BrokenRule> {
         let names: Vec<String> = list.state_names().map(str::to_owned).collect();
-        let params = self.edge_list_params(&list, &names[0], goals)?;
+        let params = self.edge_list_params(list, &names[0], goals)?;
         let world = list.environment(&params, rng);
         let world = world.map_err(|e| self.blame(e, goals))?;
         Ok(World::Listed(world, names))
