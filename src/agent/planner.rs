@@ -15,10 +15,10 @@
 //! Where steps cost next to nothing and chance has a part, that is slow, and values that should come down hold each other
 //! up, sinking by the cost of a round at a time. Four things bound it:
 //!
-//! - A step has a budget of a few backups a state; what is left over waits for the next.
+//! - A step has a budget of a few backups a state, and what earlier ones saved; states that are left over wait for the next.
 //! - In a world of few states a step that used up its budget is followed by policy iteration with policies evaluated exactly.
 //! - In a larger one the plan is then made anew from the floor, for from below values have nothing to hold on to (from above
-//!   and from below they enclose what is right: Haddad & Monmege 2014); but only so often that this adds a quarter to
+//!   and from below they enclose what is right: Haddad & Monmege 2014); but only so often that this at most doubles
 //!   the work, and more seldom while it turns out to change nothing.
 //! - With γ = 1 a loop that pays is worth more than any number. Once a value exceeds ten times what the longest simple path
 //!   could earn there must be one, and from then on plans discount, as if an episode went on for about so many steps.
@@ -54,8 +54,6 @@ const FEW_STATES: usize = 64;
 const ALMOST_DONE: f64 = 1e-5;
 /// A plan from the floor changed nothing where no value differs by more than this share of the largest.
 const MATERIAL: f64 = 1e-2;
-/// Budgets that pass for each budget's worth of a plan from the floor.
-const REST_PER_PLAN: u64 = 4;
 /// Steps between two plans from the floor that changed nothing, at most.
 const MAX_REST: u64 = 1 << 20;
 
@@ -108,6 +106,8 @@ pub struct Planner {
     queue: SweepQueue,
     /// Whether a loop was found that pays.
     loop_pays: bool,
+    /// Backups of earlier budgets that were not needed.
+    saved: usize,
     /// Steps until a plan may be made from the floor again, and how many there were to be after the last one.
     rest: u64,
     last_rest: u64,
@@ -136,6 +136,7 @@ impl Planner {
             values: Vec::new(),
             queue: SweepQueue::default(),
             loop_pays: false,
+            saved: 0,
             rest: 0,
             last_rest: 0,
             backups: 0,
@@ -310,13 +311,13 @@ impl Planner {
 
     /// Plans anew from the floor up, and rests as long as earns the backups of it; twice as long as last time if nothing
     /// came of it. A plan that is far from done when its backups are used up is dropped.
-    fn plan_from_the_floor(&mut self, budget: usize) {
+    fn plan_from_the_floor(&mut self, earned: usize, backups: usize) {
         let (values, queue) = (self.values.clone(), std::mem::take(&mut self.queue));
-        let backups = self.backups;
+        let before = self.backups;
         let floor = self.floor();
         self.values.fill(floor);
         self.queue_all(f64::INFINITY);
-        self.sweep(self.params.max_backups - budget);
+        self.sweep(backups);
         let largest = |(l, s): (f64, f64)| l.abs().max(s.abs());
         let worth = self.rewards.map_or(0.0, largest) + STEP_COST;
         let close = self.queue.most_urgent() <= self.tolerance().max(ALMOST_DONE * worth);
@@ -326,11 +327,11 @@ impl Planner {
         if !close {
             (self.values, self.queue) = (values, queue);
         }
-        let earned = REST_PER_PLAN * (self.backups - backups) / budget as u64;
+        let steps = (self.backups - before) / earned as u64;
         self.last_rest = if changed {
-            earned
+            steps
         } else {
-            (2 * self.last_rest).clamp(earned, MAX_REST.max(earned))
+            (2 * self.last_rest).clamp(steps, MAX_REST.max(steps))
         };
         self.rest = self.last_rest;
     }
@@ -381,17 +382,19 @@ impl Agent for Planner {
             self.pass_on(next, self.values[next.index()].abs().max(1.0));
         }
         let td_error = self.back_up(state);
-        let budget = (BACKUPS_PER_STATE * self.values.len()).max(MIN_BACKUPS);
-        let budget = budget.min(self.params.max_backups);
+        let earned = (BACKUPS_PER_STATE * self.values.len()).max(MIN_BACKUPS);
+        let few_states = self.values.len() <= FEW_STATES;
+        let saved = if few_states { 0 } else { self.saved };
+        let budget = (saved + earned).min(self.params.max_backups);
+        let before = self.backups;
         self.sweep(budget - 1);
+        self.saved = budget - 1 - (self.backups - before) as usize;
         self.rest = self.rest.saturating_sub(1);
         let done = self.queue.most_urgent() == 0.0;
-        if !done && budget < self.params.max_backups {
-            if self.values.len() <= FEW_STATES {
-                self.plan_exactly();
-            } else if self.rest == 0 {
-                self.plan_from_the_floor(budget);
-            }
+        if !done && few_states && earned < self.params.max_backups {
+            self.plan_exactly();
+        } else if !done && self.rest == 0 && budget < self.params.max_backups {
+            self.plan_from_the_floor(earned, self.params.max_backups - budget);
         }
         UpdateInfo { td_error }
     }

@@ -177,7 +177,7 @@ fn certificates_of_clustered_graphs_are_true() {
     search(0..500);
 }
 
-/// `cargo test --release --lib -- --ignored certificates_of_twenty_thousand`
+/// `cargo test --release -p eigentrail-spectra --lib -- --ignored certificates_of_twenty_thousand`
 #[test]
 #[ignore = "minutes"]
 fn certificates_of_twenty_thousand_clustered_graphs_are_true() {
