@@ -1,0 +1,159 @@
+//! What each part must never know: the table of ARCHITECTURE.md, held to the imports in the code.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Parts that any part may use.
+const COMMON: [&str; 5] = ["brief", "memory", "printable", "seeds", "vector_state"];
+
+/// What a part may import besides.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("env", &[]),
+    ("graph", &["env"]),
+    ("spectral", &[]),
+    ("features", &["graph", "spectral"]),
+    ("gcn", &["graph", "features"]),
+    ("shaping", &["graph", "gcn", "env"]),
+    ("exploration", &["graph", "shaping", "env"]),
+    ("agent", &["graph", "env"]),
+    (
+        "engine",
+        &[
+            "agent",
+            "env",
+            "exploration",
+            "features",
+            "gcn",
+            "graph",
+            "shaping",
+            "spectral",
+        ],
+    ),
+    (
+        "scenario",
+        &[
+            "agent",
+            "engine",
+            "env",
+            "exploration",
+            "features",
+            "gcn",
+            "shaping",
+            "spectral",
+        ],
+    ),
+    ("tensorboard", &[]),
+    ("telemetry", &[]),
+];
+
+/// Parts that say nothing to logs.
+const SILENT: [&str; 13] = [
+    "agent",
+    "env",
+    "exploration",
+    "export",
+    "features",
+    "gcn",
+    "graph",
+    "report",
+    "scenario",
+    "serve",
+    "shaping",
+    "spectral",
+    "tensorboard",
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
+}
+
+/// Every file of Rust below `folder`.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// Its code without comments and without the tests at its end; nothing of a file of tests.
+fn code(file: &Path) -> String {
+    let name = file.file_stem().unwrap().to_string_lossy().into_owned();
+    if name == "tests" || name == "fixtures" || name == "searched" || name == "testing" {
+        return String::new();
+    }
+    let text = fs::read_to_string(file).unwrap();
+    let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+    let lines = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The parts of this crate that `part` names, itself left out.
+fn imports(part: &str) -> BTreeSet<String> {
+    let mut named = BTreeSet::new();
+    for file in files(&root().join("src").join(part)) {
+        for path in code(&file).split("crate::").skip(1) {
+            let word = path
+                .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+                .next();
+            named.extend(word.map(str::to_owned));
+        }
+    }
+    named.remove(part);
+    named
+}
+
+#[test]
+fn parts_import_what_they_may_and_nothing_else() {
+    for (part, allowed) in ALLOWED {
+        for import in imports(part) {
+            let may = COMMON.contains(&&*import) || allowed.contains(&&*import);
+            assert!(may, "{part} imports {import}");
+        }
+    }
+    assert!(
+        imports("engine").contains("shaping"),
+        "imports are found at all"
+    );
+}
+
+#[test]
+fn what_is_shown_is_never_made_by_the_engine_on_the_way() {
+    for part in ["report", "export", "serve"] {
+        assert!(!imports(part).contains("engine"), "{part} imports engine");
+    }
+}
+
+#[test]
+fn numeric_code_says_nothing() {
+    let folders = SILENT.map(|part| root().join("src").join(part));
+    let solver = root().join("crates/spectra/src");
+    for file in folders
+        .iter()
+        .chain([&solver])
+        .flat_map(|folder| files(folder))
+    {
+        let code = code(&file);
+        for word in ["tracing::", "println!", "eprintln!", "dbg!("] {
+            assert!(!code.contains(word), "{}: {word}", file.display());
+        }
+    }
+}
+
+#[test]
+fn the_eigensolver_knows_nothing_of_learning() {
+    for file in files(&root().join("crates/spectra/src")) {
+        let code = code(&file).to_lowercase();
+        for word in ["eigentrail::", "reward", "episode", "agent"] {
+            assert!(!code.contains(word), "{}: {word}", file.display());
+        }
+    }
+}
