@@ -300,7 +300,8 @@ mod tests {
         let mut deepwalk = DeepWalk::new(DeepWalkParams::default(), 0);
         deepwalk.refresh(&two_cliques(3)).unwrap();
         let before = deepwalk.features().unwrap().to_owned();
-        assert!(deepwalk.refresh(&weighted(7, &[(0, 6, f64::NAN)])).is_err());
+        deepwalk.params.dimensions = 0;
+        assert!(deepwalk.refresh(&two_cliques(4)).is_err());
         assert_eq!(deepwalk.features().unwrap(), before);
         let params = DeepWalkParams {
             learning_rate: 1e200,
