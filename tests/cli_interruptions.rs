@@ -135,7 +135,7 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn until(what: &str, so: impl Fn() -> bool) {
     let begun = Instant::now();
     while !so() {
-        assert!(begun.elapsed() < Duration::from_secs(300), "never: {what}");
+        assert!(begun.elapsed() < Duration::from_secs(120), "never: {what}");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -304,7 +304,7 @@ mod signals {
         for (signal, code) in SIGNALS {
             let place = Place::new();
             place.file("old.svg", "the picture before");
-            let child = place.spawn("figures quick.toml --seeds 100000 -o old.svg");
+            let child = place.spawn("figures quick.toml --seeds 10000 -o old.svg");
             until("runs", || {
                 let files = files_below(place.temporary.path());
                 files.iter().any(|f| f.ends_with("seed-0000/episodes.csv"))
@@ -325,7 +325,7 @@ mod signals {
         until("runs", || !files_below(place.temporary.path()).is_empty());
         send(&child, "TERM");
         assert_eq!(child.wait_with_output().unwrap().status.code(), Some(143));
-        assert!(files_below(&place.path("pictures")).is_empty());
+        assert!(!place.path("pictures").exists());
         place.is_tidy();
     }
 
