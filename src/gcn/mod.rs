@@ -40,7 +40,7 @@
 //! )?;
 //! assert!(report.loss < report.initial_loss);
 //! assert!(probabilities[(2, 1)] > probabilities[(0, 1)]);
-//! # Ok::<(), eigentrail::gcn::GcnError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod adam;
