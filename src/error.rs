@@ -3,6 +3,7 @@
 use crate::engine::PipelineError;
 use crate::export::ExportError;
 use crate::graph::MatrixMarketError;
+use crate::parameter::ParameterError;
 use crate::runner::RunnerError;
 use crate::scenario::ScenarioError;
 use crate::shaping::ShapingError;
@@ -12,6 +13,9 @@ use crate::spectral::SpectralError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A scenario was not accepted.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
@@ -52,7 +56,7 @@ impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
-            Error::Scenario(_) | Error::MatrixMarket(_) => true,
+            Error::Parameter(_) | Error::Scenario(_) | Error::MatrixMarket(_) => true,
             Error::Runner(error) => error.is_bad_input(),
             Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),
@@ -61,7 +65,7 @@ impl Error {
                 ShapingError::NoGoal
                     | ShapingError::GoalRange { .. }
                     | ShapingError::KindNeedsWorld { .. }
-                    | ShapingError::Parameter { .. }
+                    | ShapingError::Parameter(_)
             ),
             Error::Pipeline(_) => false,
         };
@@ -79,7 +83,7 @@ fn is_about_the_graph(error: &SpectralError) -> bool {
         SpectralError::Weight { .. }
             | SpectralError::Degree { .. }
             | SpectralError::Asymmetric { .. }
-            | SpectralError::Parameter { .. }
+            | SpectralError::Parameter(_)
             | SpectralError::TooManyPairs { .. }
     )
 }

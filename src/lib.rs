@@ -19,7 +19,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
-mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;
@@ -29,6 +28,7 @@ pub mod features;
 pub mod gcn;
 pub mod graph;
 mod memory;
+pub mod parameter;
 pub mod printable;
 pub mod report;
 pub mod runner;

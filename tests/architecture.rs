@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Parts that any part may use.
-const COMMON: [&str; 5] = ["brief", "memory", "printable", "seeds", "vector_state"];
+const COMMON: [&str; 5] = ["memory", "parameter", "printable", "seeds", "vector_state"];
 
 /// What a part may import besides.
 const ALLOWED: &[(&str, &[&str])] = &[
