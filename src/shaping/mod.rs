@@ -72,6 +72,7 @@ pub use shaper::RewardShaper;
 use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
 use crate::parameter::ParameterError;
 use faer::MatRef;
+use serde::{Deserialize, Serialize};
 
 /// A function of states that shapes the reward.
 pub trait Potential {
@@ -80,7 +81,7 @@ pub trait Potential {
 }
 
 /// A goal that the agent has seen: entering it ended an episode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
     /// The state that was entered.
     pub state: StateId,

@@ -21,12 +21,13 @@ use super::layouts::{Cell, Direction, GoalCell, Layout, Tile};
 use super::{Action, EnvError, Environment, Step, draw_start};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// The bit of a cell's mask that says it is a goal; the four below it are [`Direction::bit`].
 const GOAL: u8 = 1 << 4;
 
 /// An agent on a map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct GridWorld {
     layout: Layout,
     params: GridWorldParams,

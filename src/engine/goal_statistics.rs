@@ -1,31 +1,33 @@
-//! What the agent has learnt about the ends of its episodes: goals and labels.
+//! Statistics of the ends of episodes: goals, labels, and the typical cost of a step.
 
 use crate::graph::StateId;
 use crate::shaping::Goal;
 use foldhash::fast::FixedState;
 use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
 
 /// Running sums of one terminal state.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Ending {
     reward_sum: f64,
     count: u32,
 }
 
-/// Goals seen, labels of the trajectories (section 4.1 of the source report), and the typical cost of a step.
-#[derive(Clone, Debug, Default)]
-pub struct GoalBook {
+/// Goals seen, labels of the trajectories (section 4.1 of the source paper), and the typical cost of a step.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct GoalStatistics {
     /// In the order of discovery.
     endings: IndexMap<StateId, Ending, FixedState>,
     /// The same with mean rewards.
     goals: Vec<Goal>,
     labels: Vec<(StateId, usize)>,
-    is_labelled: Vec<bool>,
+    /// By state: its place in `labels`.
+    label_places: Vec<Option<u32>>,
     step_rewards: f64,
     steps: u64,
 }
 
-impl GoalBook {
+impl GoalStatistics {
     /// Counts the reward of a step that ended nothing. O(1).
     pub fn count_step(&mut self, reward: f64) {
         self.step_rewards += reward;
@@ -60,15 +62,16 @@ impl GoalBook {
     }
 
     fn label(&mut self, state: StateId, class: usize) {
-        if state.index() >= self.is_labelled.len() {
-            self.is_labelled.resize(state.index() + 1, false);
+        if state.index() >= self.label_places.len() {
+            self.label_places.resize(state.index() + 1, None);
         }
-        if !std::mem::replace(&mut self.is_labelled[state.index()], true) {
-            self.labels.push((state, class));
-        } else if class == 1
-            && let Some(label) = self.labels.iter_mut().find(|label| label.0 == state)
-        {
-            label.1 = 1;
+        match self.label_places[state.index()] {
+            None => {
+                self.label_places[state.index()] = Some(self.labels.len() as u32);
+                self.labels.push((state, class));
+            }
+            Some(place) if class == 1 => self.labels[place as usize].1 = 1,
+            Some(_) => {}
         }
     }
 
@@ -92,15 +95,15 @@ impl GoalBook {
         &self.labels
     }
 
-    /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals +
-    /// labels) if there was.
+    /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals)
+    /// if there was.
     pub fn forget(&mut self, state: StateId) -> bool {
         let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
             return false;
         };
         self.goals.remove(place);
-        if let Some(label) = self.labels.iter_mut().find(|label| label.0 == state) {
-            label.1 = 0;
+        if let Some(&Some(label)) = self.label_places.get(state.index()) {
+            self.labels[label as usize].1 = 0;
         }
         true
     }
@@ -152,43 +155,50 @@ mod tests {
 
     #[test]
     fn goals_carry_mean_rewards_and_handicaps_count_steps() {
-        let mut book = GoalBook::default();
-        book.count_step(-2.0);
-        assert!(book.count_ending(StateId(3), 10.0));
-        assert!(!book.count_ending(StateId(3), 20.0));
-        assert!(book.count_ending(StateId(5), 10.0));
-        assert_eq!(book.goals()[0].reward, 15.0);
-        assert!(book.pays());
-        assert_eq!(book.handicaps(), [(StateId(3), 0), (StateId(5), 3)]);
+        let mut goals = GoalStatistics::default();
+        goals.count_step(-2.0);
+        assert!(goals.count_ending(StateId(3), 10.0));
+        assert!(!goals.count_ending(StateId(3), 20.0));
+        assert!(goals.count_ending(StateId(5), 10.0));
+        assert_eq!(goals.goals()[0].reward, 15.0);
+        assert!(goals.pays());
+        assert_eq!(goals.handicaps(), [(StateId(3), 0), (StateId(5), 3)]);
     }
 
     #[test]
     fn a_goal_overrides_an_earlier_label_and_can_be_forgotten() {
-        let mut book = GoalBook::default();
-        book.label_trajectory(StateId(0), StateId(4), false);
-        book.label_trajectory(StateId(0), StateId(4), true);
-        assert_eq!(book.labels(), [(StateId(0), 0), (StateId(4), 1)]);
-        book.count_ending(StateId(4), 0.0);
-        assert!(book.forget(StateId(4)));
-        assert!(!book.forget(StateId(4)), "there is nothing left to forget");
-        assert!(book.is_empty());
-        assert_eq!(book.labels(), [(StateId(0), 0), (StateId(4), 0)]);
+        let mut goals = GoalStatistics::default();
+        goals.label_trajectory(StateId(0), StateId(4), false);
+        goals.label_trajectory(StateId(0), StateId(4), true);
+        assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 1)]);
+        goals.count_ending(StateId(4), 0.0);
+        assert!(goals.forget(StateId(4)));
+        assert!(!goals.forget(StateId(4)), "there is nothing left to forget");
+        assert!(goals.is_empty());
+        assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 0)]);
     }
 
     #[test]
     fn forgetting_keeps_the_order_of_the_others_and_their_means() {
-        let mut book = GoalBook::default();
+        let mut goals = GoalStatistics::default();
         for (state, reward) in [(7, 1.0), (2, 2.0), (9, 3.0)] {
-            book.count_ending(StateId(state), reward);
+            goals.count_ending(StateId(state), reward);
         }
-        assert!(!book.forget(StateId(0)));
-        assert!(book.forget(StateId(2)));
-        assert!(!book.count_ending(StateId(9), 5.0));
-        let goals: Vec<_> = book.goals().iter().map(|g| (g.state.0, g.reward)).collect();
-        assert_eq!(goals, [(7, 1.0), (9, 4.0)]);
-        assert!(book.count_ending(StateId(2), 8.0), "found again, it is new");
+        assert!(!goals.forget(StateId(0)));
+        assert!(goals.forget(StateId(2)));
+        assert!(!goals.count_ending(StateId(9), 5.0));
+        let means: Vec<_> = goals
+            .goals()
+            .iter()
+            .map(|g| (g.state.0, g.reward))
+            .collect();
+        assert_eq!(means, [(7, 1.0), (9, 4.0)]);
+        assert!(
+            goals.count_ending(StateId(2), 8.0),
+            "found again, it is new"
+        );
         assert_eq!(
-            book.goals()[2].reward,
+            goals.goals()[2].reward,
             8.0,
             "what it paid once does not count"
         );
@@ -196,26 +206,29 @@ mod tests {
 
     #[test]
     fn free_steps_make_a_lesser_goal_hopeless_and_costly_rewards_do_not() {
-        let mut book = GoalBook::default();
-        assert_eq!(book.step_cost(), 0.0);
-        assert!(!book.pays(), "nothing is known to pay");
-        book.count_step(0.5);
-        assert_eq!(book.step_cost(), 0.0, "steps that pay cost nothing");
-        book.count_ending(StateId(0), 1.0);
-        book.count_ending(StateId(1), 2.0);
-        assert_eq!(book.handicaps(), [(StateId(0), 1_000_000), (StateId(1), 0)]);
-        book.count_step(-1.5);
-        assert_eq!(book.step_cost(), 0.5);
-        assert_eq!(book.handicaps(), [(StateId(0), 2), (StateId(1), 0)]);
+        let mut goals = GoalStatistics::default();
+        assert_eq!(goals.step_cost(), 0.0);
+        assert!(!goals.pays(), "nothing is known to pay");
+        goals.count_step(0.5);
+        assert_eq!(goals.step_cost(), 0.0, "steps that pay cost nothing");
+        goals.count_ending(StateId(0), 1.0);
+        goals.count_ending(StateId(1), 2.0);
+        assert_eq!(
+            goals.handicaps(),
+            [(StateId(0), 1_000_000), (StateId(1), 0)]
+        );
+        goals.count_step(-1.5);
+        assert_eq!(goals.step_cost(), 0.5);
+        assert_eq!(goals.handicaps(), [(StateId(0), 2), (StateId(1), 0)]);
     }
 
     #[test]
     fn a_state_keeps_its_first_label_unless_it_turns_out_a_goal() {
-        let mut book = GoalBook::default();
-        book.label_trajectory(StateId(0), StateId(1), true);
-        book.label_trajectory(StateId(1), StateId(2), false);
+        let mut goals = GoalStatistics::default();
+        goals.label_trajectory(StateId(0), StateId(1), true);
+        goals.label_trajectory(StateId(1), StateId(2), false);
         assert_eq!(
-            book.labels(),
+            goals.labels(),
             [(StateId(0), 0), (StateId(1), 1), (StateId(2), 0)]
         );
     }

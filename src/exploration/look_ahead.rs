@@ -1,18 +1,38 @@
 //! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring.
 
-use super::Explorer;
+use super::model::ExplorationModel;
 use crate::env::Action;
-use crate::exploration::displacement::Prediction;
+use crate::exploration::dead_reckoning::Prediction;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
 
 /// κ: what was seen anywhere weighs as much as so many tries here.
 const POOLED_TRIES: f64 = 32.0;
 
-impl Explorer {
-    /// Advice of `advise` once a goal is known and nothing is left to try.
-    pub(super) fn advise_climb(
-        &mut self,
+impl ExplorationModel {
+    /// Writes the part of the advice for `state` that lasts, one logit per action: `potential_advice` times the expected
+    /// rise of `potential` along each action, in units of `unit` > 0, the rise that one step towards the goal is worth
+    /// on average. All 0 before the first goal. O(out-degree · actions).
+    ///
+    /// # Panics
+    /// If `state` is not in `graph`, or `advice` is shorter than the actions are many.
+    pub fn look_ahead(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
+        advice.fill(0.0);
+        if !self.destinations.is_empty() {
+            self.advise_climb(graph, state, potential, unit, advice);
+        }
+    }
+
+    /// Once a goal is known.
+    fn advise_climb(
+        &self,
         graph: &TransitionGraph,
         state: StateId,
         potential: &impl Potential,
@@ -20,7 +40,7 @@ impl Explorer {
         advice: &mut [f64],
     ) {
         let weight = self.params.potential_advice / unit;
-        if self.displacements.slips().is_some() {
+        if self.reckoning.noise().is_some() {
             self.advise_pooled(graph, state, potential, weight, advice);
         } else {
             self.advise_potential(graph, state, potential, weight, advice);
@@ -31,7 +51,7 @@ impl Explorer {
     /// Where actions slip alike in all states: the expected rise with P̂ between what was seen here and
     /// what was seen anywhere, P̂ = (N(s, a, s′) + κ p(s′ − s | a)) / (N(s, a) + κ).
     fn advise_pooled(
-        &mut self,
+        &self,
         graph: &TransitionGraph,
         state: StateId,
         potential: &impl Potential,
@@ -40,13 +60,13 @@ impl Explorer {
     ) {
         let here = potential.value(state);
         for towards in (0..advice.len() as u16).map(Action) {
-            let next = self.displacements.neighbor_towards(graph, state, towards);
-            let Some((next, slips)) = next.zip(self.displacements.slips()) else {
+            let next = self.reckoning.neighbor_towards(graph, state, towards);
+            let Some((next, noise)) = next.zip(self.reckoning.noise()) else {
                 continue;
             };
             let rise = potential.value(next) - here;
             for (a, logit) in advice.iter_mut().enumerate() {
-                *logit += POOLED_TRIES * slips.share(Action(a as u16), towards) * rise;
+                *logit += POOLED_TRIES * noise.share(Action(a as u16), towards) * rise;
             }
         }
         for outcome in graph.outcomes(state) {
@@ -61,7 +81,7 @@ impl Explorer {
 
     /// The expected rise of the potential along each action whose outcome is known.
     fn advise_potential(
-        &mut self,
+        &self,
         graph: &TransitionGraph,
         state: StateId,
         potential: &impl Potential,
@@ -72,7 +92,7 @@ impl Explorer {
         for (i, logit) in advice.iter_mut().enumerate() {
             let action = Action(i as u16);
             if graph.tries(state, action) == 0
-                && let Prediction::Undo(next) = self.displacements.predict(graph, state, action)
+                && let Prediction::Undo(next) = self.reckoning.predict(graph, state, action)
             {
                 *logit = weight * (potential.value(next) - here);
             }

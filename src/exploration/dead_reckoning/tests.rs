@@ -8,14 +8,14 @@ use rand_chacha::ChaCha8Rng;
 /// `names[i]` is the world's name of state i.
 struct Walk {
     graph: TransitionGraph,
-    learnt: Displacements,
+    learnt: DeadReckoning,
     names: Vec<usize>,
 }
 
 impl Walk {
     fn begin(world: &World, start: usize) -> Self {
         let mut graph = TransitionGraph::new(world.num_actions());
-        let mut learnt = Displacements::new(world.num_actions());
+        let mut learnt = DeadReckoning::new(world.num_actions());
         learnt.add_start(graph.add_state());
         Self {
             graph,
@@ -79,7 +79,7 @@ impl Walk {
 #[test]
 fn on_an_open_grid_inverses_and_positions_are_learnt() {
     let world = World::grid(7, 7, |_, _| false);
-    let mut walk = Walk::wander(&world, 24, 2000, 0);
+    let walk = Walk::wander(&world, 24, 2000, 0);
     assert!(walk.learnt.trusted());
     for (action, undoing) in [(0, 2), (1, 3), (2, 0), (3, 1)] {
         assert_eq!(walk.learnt.inverse(Action(action)), Some(Action(undoing)));
@@ -152,7 +152,7 @@ fn where_moves_do_not_commute_nothing_is_trusted() {
 
 #[test]
 fn without_trust_there_is_no_bound_and_no_prediction_of_places() {
-    let mut walk = Walk::wander(&World::torus(4, 4), 0, 1500, 0);
+    let walk = Walk::wander(&World::torus(4, 4), 0, 1500, 0);
     for state in 0..16 {
         assert_eq!(
             walk.learnt
@@ -173,7 +173,7 @@ fn with_very_many_actions_nothing_is_learnt() {
     let world = World {
         moves: moves.collect(),
     };
-    let mut walk = Walk::wander(&world, 0, 500, 1);
+    let walk = Walk::wander(&world, 0, 500, 1);
     assert!(!walk.learnt.trusted());
     assert_eq!(walk.learnt.inverse(Action(1)), None);
     assert_eq!(
@@ -186,10 +186,10 @@ fn with_very_many_actions_nothing_is_learnt() {
 fn on_ice_inverses_positions_and_slips_are_learnt_all_the_same() {
     let world = World::grid(7, 7, |_, _| false);
     for seed in 0..5 {
-        let mut walk = Walk::slither(&world, 24, 4000, seed);
-        let slips = walk.learnt.slips().expect("actions do the same everywhere");
+        let walk = Walk::slither(&world, 24, 4000, seed);
+        let noise = walk.learnt.noise().expect("actions do the same everywhere");
         for action in 0..4 {
-            let share = |turn| slips.share(Action(action), Action((action + turn) % 4));
+            let share = |turn| noise.share(Action(action), Action((action + turn) % 4));
             for (turn, expected) in [(0, 0.7), (1, 0.15), (2, 0.0), (3, 0.15)] {
                 let error: f64 = share(turn) - expected;
                 assert!(error.abs() < 0.08, "seed {seed}: {action} {turn} {error}");
@@ -219,16 +219,16 @@ fn on_ice_inverses_positions_and_slips_are_learnt_all_the_same() {
 fn on_ice_nothing_is_pooled_where_actions_are_no_displacements() {
     for seed in 0..5 {
         let walk = Walk::slither(&World::turtle(4), 0, 3000, seed);
-        assert_eq!(walk.learnt.slips(), None, "turtle, seed {seed}");
+        assert_eq!(walk.learnt.noise(), None, "turtle, seed {seed}");
         let walk = Walk::slither(&World::torus(4, 4), 0, 3000, seed);
-        assert_eq!(walk.learnt.slips(), None, "torus, seed {seed}");
+        assert_eq!(walk.learnt.noise(), None, "torus, seed {seed}");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut anywhere = World::grid(5, 5, |_, _| false);
         for next in anywhere.moves.iter_mut().flatten() {
             *next = rng.random_range(0..25);
         }
         let walk = Walk::slither(&anywhere, 0, 3000, seed);
-        assert_eq!(walk.learnt.slips(), None, "random moves, seed {seed}");
+        assert_eq!(walk.learnt.noise(), None, "random moves, seed {seed}");
     }
 }
 
@@ -251,7 +251,7 @@ fn on_ice_a_one_way_door_is_no_way_back() {
         here = to;
     }
     let [above, below] = [7, 12].map(|cell| walk.id(cell).expect("30 episodes go everywhere"));
-    let mut towards = |from, action| {
+    let towards = |from, action| {
         walk.learnt
             .neighbor_towards(&walk.graph, from, Action(action))
     };
@@ -269,7 +269,7 @@ proptest! {
         seed in any::<u64>(),
         steps in 10usize..400,
     ) {
-        let mut walk = Walk::wander(&world, 0, steps, seed);
+        let walk = Walk::wander(&world, 0, steps, seed);
         if walk.learnt.trusted() {
             for from in 0..walk.names.len() {
                 for action in 0..4 {

@@ -1,9 +1,12 @@
+use super::Explorer;
 use super::follower::Follower;
 use crate::env::Action;
 use crate::exploration::Optimism;
 use crate::exploration::fixtures::{World, walled_grids};
 use crate::graph::StateId;
 use proptest::prelude::*;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 fn open(side: usize) -> World {
     World::grid(side, side, |_, _| false)
@@ -89,10 +92,7 @@ fn on_ice_every_state_is_found_and_episodes_become_short() {
         let mean = late.sum::<usize>() as f64 / 20.0;
         // 16 steps, each worth 1/0.7, and a few at doors and walls.
         assert!(mean < 30.0, "seed {seed}: {mean}, {lengths:?}");
-        assert!(
-            follower.explorer.displacements.slips().is_some(),
-            "seed {seed}"
-        );
+        assert!(follower.model.reckoning.noise().is_some(), "seed {seed}");
         let mut follower = Follower::new(hall(seed % 2 == 0), &[], Optimism::SeenGoals, seed);
         follower.on_ice = true;
         follower.episode(4000);
@@ -104,7 +104,7 @@ fn on_ice_every_state_is_found_and_episodes_become_short() {
 fn where_goals_pay_the_search_goes_on_beyond_the_nearest() {
     let seen = |goals_pay: bool, seed: u64| {
         let mut follower = Follower::new(open(6), &[(2, 0)], Optimism::SeenGoals, seed);
-        follower.explorer.set_goals_pay(goals_pay);
+        follower.model.set_goals_pay(goals_pay);
         let lengths: Vec<_> = (0..100).map(|_| follower.episode(400)).collect();
         assert_eq!(lengths[99], Some(2), "{lengths:?}");
         follower.names.len()
@@ -139,10 +139,10 @@ fn what_moves_while_it_is_looked_for_is_looked_for_again() {
     while follower.episode(200) != Some(6) {}
     follower.goals.clear();
     assert_eq!(follower.episode(200), None, "there is no goal any more");
-    assert!(follower.explorer.is_lost);
+    assert!(follower.model.is_lost);
     follower.goals = vec![(10, 0)];
     assert!(follower.episode(200).is_some(), "a second round finds it");
-    assert!(!follower.explorer.is_lost && follower.explorer.stale.is_empty());
+    assert!(!follower.model.is_lost && follower.model.stale.is_empty());
 }
 
 /// 0 → 1 → 2 (goal) is known; at 0 a door into a dead end from which nothing can be reached. What a search from there
@@ -159,7 +159,9 @@ fn what_is_out_of_reach_here_is_not_given_up_elsewhere() {
     let mut follower = Follower::new(World { moves }, &[(2, 0)], Optimism::AnyGoal, 0);
     let path = |follower: &mut Follower, actions: &[u16]| {
         let mut here = StateId(0);
-        follower.explorer.begin_episode(&follower.graph, here);
+        follower
+            .explorer
+            .begin_episode(&mut follower.model, &follower.graph, here);
         for &action in actions {
             here = follower.step(here, Action(action));
         }
@@ -170,9 +172,47 @@ fn what_is_out_of_reach_here_is_not_given_up_elsewhere() {
     // Into the dead end, until everything in it has been tried.
     let dead_end = path(&mut follower, &[2, 1, 0, 1, 2]);
     follower.take_stock();
-    let plan = follower.explorer.plan(&follower.graph, dead_end);
+    let plan = follower
+        .explorer
+        .plan(&mut follower.model, &follower.graph, dead_end);
     assert_eq!(plan, None);
-    follower.explorer.begin_episode(&follower.graph, StateId(0));
-    let plan = follower.explorer.plan(&follower.graph, StateId(0));
+    follower
+        .explorer
+        .begin_episode(&mut follower.model, &follower.graph, StateId(0));
+    let plan = follower
+        .explorer
+        .plan(&mut follower.model, &follower.graph, StateId(0));
     assert!(plan.is_some(), "state 1 has untried actions");
+}
+
+#[test]
+fn what_one_explorer_has_tried_another_does_not_head_for() {
+    // Nothing to try but one action at the far end of a corridor: both head for it, one gets there first.
+    let corridor = World::grid(1, 6, |_, _| false);
+    let mut follower = Follower::new(corridor, &[], Optimism::SeenGoals, 3);
+    let mut here = StateId(0);
+    follower
+        .explorer
+        .begin_episode(&mut follower.model, &follower.graph, here);
+    for _ in 0..4 {
+        here = follower.step(here, Action(1));
+    }
+    for state in (0..4).map(StateId) {
+        for action in [0, 2].map(Action) {
+            follower.step(state, action);
+        }
+    }
+    let mut other = Explorer::new(ChaCha8Rng::seed_from_u64(1));
+    other.begin_episode(&mut follower.model, &follower.graph, StateId(0));
+    let heads_for = |explorer: &mut Explorer, follower: &mut Follower| {
+        explorer.plan(&mut follower.model, &follower.graph, StateId(0));
+        explorer.planned_end()
+    };
+    let (state, action) = heads_for(&mut other, &mut follower).expect("something is left to try");
+    assert_eq!(follower.graph.tries(state, action), 0);
+    follower.step(state, action);
+    other.take_notice(&follower.model, &follower.graph);
+    let next = heads_for(&mut other, &mut follower).expect("more is left to try");
+    assert_ne!(next, (state, action));
+    assert_eq!(follower.graph.tries(next.0, next.1), 0);
 }

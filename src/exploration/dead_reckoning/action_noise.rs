@@ -6,13 +6,14 @@
 use super::placement::{Moves, Placement};
 use crate::env::Action;
 use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
 
 /// Probabilities are kept this far from 0 and 1, for their logarithms.
 const SMALLEST: f64 = 1e-3;
 
 /// Pooled outcomes of every action.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Slips {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActionNoise {
     num_actions: usize,
     /// p(d|a), row-major by action; rows sum to 1.
     shares: Vec<f64>,
@@ -20,7 +21,7 @@ pub struct Slips {
     logs: Vec<(f64, f64)>,
 }
 
-impl Slips {
+impl ActionNoise {
     /// A guess before anything was counted: mostly as meant, seldom the opposite.
     pub(super) fn prior(moves: &Moves) -> Self {
         Self::normalised(moves.num_actions(), Self::pseudo_counts(moves))

@@ -1,9 +1,10 @@
 //! Features and potential, brought up to date when the schedule says so and there is somebody to use them.
 
-use super::{Guide, PipelineError, ShapingPipeline};
+use super::WorldModel;
+use crate::engine::error::PipelineError;
 use crate::engine::record::RefreshRecord;
 use crate::engine::schedule::Moment;
-use crate::exploration::explorer::Destination;
+use crate::exploration::Destination;
 use crate::graph::SymmetricCsr;
 use crate::shaping::PotentialInputs;
 use faer::Mat;
@@ -11,7 +12,7 @@ use std::hash::Hash;
 use std::time::Instant;
 use tracing::trace_span;
 
-impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
+impl<S: Clone + Eq + Hash> WorldModel<S> {
     fn moment(&self) -> Moment {
         let graph = self.graph.transitions();
         Moment {
@@ -23,12 +24,12 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     }
 
     /// Brings up to date what is due; none if nothing was. `episode_over`: this is the last step of an episode.
-    pub(super) fn refresh_if_due(
+    pub(in crate::engine) fn refresh_if_due(
         &mut self,
         episode_over: bool,
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
-        let fit_due = !self.book.is_empty() && self.schedule.fit_due(now, episode_over);
+        let fit_due = !self.goals.is_empty() && self.schedule.fit_due(now, episode_over);
         let features_due = self.features_due(now);
         if !features_due && !fit_due {
             return Ok(None);
@@ -70,12 +71,12 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         record: &mut RefreshRecord,
     ) -> Result<(), PipelineError> {
         let nothing = Mat::zeros(0, 0);
-        let handicaps = self.book.handicaps();
+        let handicaps = self.goals.handicaps();
         let inputs = PotentialInputs {
             graph: self.graph.transitions(),
             adjacency,
-            goals: self.book.goals(),
-            labels: self.book.labels(),
+            goals: self.goals.goals(),
+            labels: self.goals.labels(),
             features: self
                 .features
                 .get(self.gcn_features)
@@ -84,14 +85,14 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         let fit = self.model.fit(&inputs)?;
         self.table.replace(&fit)?;
         record.fit = Some(fit);
-        if let Guide::Frontier(explorer) = &mut self.guide {
+        if let Some(exploration) = &mut self.exploration {
             let destinations: Vec<_> = handicaps
                 .into_iter()
                 .map(|(state, handicap)| Destination { state, handicap })
                 .collect();
-            explorer.set_goals_pay(self.book.pays());
-            explorer.set_destinations(self.graph.transitions(), &destinations);
-            self.unit = mean_rise(self.table.values(), explorer.eccentricity());
+            exploration.set_goals_pay(self.goals.pays());
+            exploration.set_destinations(self.graph.transitions(), &destinations);
+            self.unit = mean_rise(self.table.values(), exploration.eccentricity());
         }
         Ok(())
     }

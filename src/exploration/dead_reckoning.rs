@@ -7,18 +7,20 @@
 //! (pairs of actions that undo one another share an axis with opposite signs) and tested on every loop that
 //! closes. While it is not confirmed, or once loops contradict it, nothing is predicted and the bound is 0.
 //!
-//! Where actions slip, one step tells little; [`relocation`] then takes all steps together, and [`slips`] says how an
+//! Where actions slip, one step tells little; [`relocation`] then takes all steps together, and [`action_noise`] says how an
 //! action's outcomes are spread.
 
+pub mod action_noise;
 mod placement;
 pub mod relocation;
-pub mod slips;
 
-pub use slips::Slips;
+pub use action_noise::ActionNoise;
 
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::ops::Deref;
 
 /// Tests of "b undoes a" before it is believed.
 const MIN_UNDO_TESTS: u32 = 2;
@@ -44,15 +46,46 @@ pub enum Prediction {
 }
 
 /// Axis and sign of an action's displacement.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Direction {
     axis: usize,
     sign: i32,
 }
 
+/// Coordinates of a place, one per axis: no more axes than actions, and no more actions than [`MAX_ACTIONS`].
+#[derive(Clone, Copy, Debug)]
+struct Position {
+    coordinates: [i32; MAX_ACTIONS],
+    num_axes: usize,
+}
+
+impl Position {
+    fn of(row: &[i32]) -> Self {
+        let mut coordinates = [0; MAX_ACTIONS];
+        coordinates[..row.len()].copy_from_slice(row);
+        Self {
+            coordinates,
+            num_axes: row.len(),
+        }
+    }
+
+    fn moved(mut self, direction: Direction) -> Self {
+        self.coordinates[direction.axis] += direction.sign;
+        self
+    }
+}
+
+impl Deref for Position {
+    type Target = [i32];
+
+    fn deref(&self) -> &[i32] {
+        &self.coordinates[..self.num_axes]
+    }
+}
+
 /// The learnt displacements. Memory O(n · axes); an update is O(actions) and allocates only for new states.
-#[derive(Clone, Debug)]
-pub struct Displacements {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DeadReckoning {
     num_actions: usize,
     /// `tests[a · A + b]`: transitions a then b, both moving, that could show b undoing a; `undone` of them did.
     tests: Vec<u32>,
@@ -66,19 +99,43 @@ pub struct Displacements {
     entry: Vec<Option<(StateId, Action)>>,
     /// n × axes, row-major.
     positions: Vec<i32>,
-    occupied: HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>,
+    #[serde(with = "occupied")]
+    occupied: Occupied,
     loops_confirmed: u64,
     loops_contradicted: u64,
     /// Some action has led to two places.
     stochastic: bool,
-    slips: Option<Slips>,
+    noise: Option<ActionNoise>,
     steps: u64,
     /// When to reckon anew, in steps.
     due: u64,
-    scratch: Vec<i32>,
 }
 
-impl Displacements {
+/// Which state lies where.
+type Occupied = HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>;
+
+/// [`Occupied`] as a list in the order of the states, so that equal maps are written alike.
+mod occupied {
+    use super::Occupied;
+    use crate::graph::StateId;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(map: &Occupied, to: S) -> Result<S::Ok, S::Error> {
+        let mut places: Vec<_> = map.iter().map(|(place, &state)| (state, place)).collect();
+        places.sort_unstable();
+        to.collect_seq(places)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Occupied, D::Error> {
+        let places = Vec::<(StateId, Vec<i32>)>::deserialize(from)?;
+        Ok(places
+            .into_iter()
+            .map(|(state, place)| (place, state))
+            .collect())
+    }
+}
+
+impl DeadReckoning {
     /// Nothing known yet.
     pub fn new(num_actions: usize) -> Self {
         let directions = (0..num_actions)
@@ -98,10 +155,9 @@ impl Displacements {
             loops_confirmed: 0,
             loops_contradicted: 0,
             stochastic: false,
-            slips: None,
+            noise: None,
             steps: 0,
             due: 0,
-            scratch: Vec::new(),
         }
     }
 
@@ -112,7 +168,8 @@ impl Displacements {
     }
 
     /// The action that undoes `action`, once believed.
-    pub fn inverse(&self, action: Action) -> Option<Action> {
+    #[cfg(test)]
+    fn inverse(&self, action: Action) -> Option<Action> {
         self.inverse[action.index()]
     }
 
@@ -146,12 +203,7 @@ impl Displacements {
     }
 
     /// What the untried `action` in `from` is expected to do. O(degree).
-    pub fn predict(
-        &mut self,
-        graph: &TransitionGraph,
-        from: StateId,
-        action: Action,
-    ) -> Prediction {
+    pub fn predict(&self, graph: &TransitionGraph, from: StateId, action: Action) -> Prediction {
         if self.stochastic {
             if let Some(next) = self.neighbor_towards(graph, from, action) {
                 return Prediction::Undo(next);
@@ -166,8 +218,7 @@ impl Displacements {
         if !self.trusted() || from.index() >= self.entry.len() {
             return Prediction::Unknown;
         }
-        self.load_target(from, action);
-        match self.occupied.get(self.scratch.as_slice()) {
+        match self.occupied.get(&*self.target(from, action)) {
             Some(&state) => Prediction::Known(state),
             None => Prediction::Fresh,
         }
@@ -176,34 +227,29 @@ impl Displacements {
     /// A lower bound on the steps from the place where `action` leads from `from` to `goal`; 0 while positions
     /// are not trusted, or while an action is without its inverse: it might be the one that leads back along
     /// another's axis.
-    pub fn lower_bound(&mut self, from: StateId, action: Action, goal: StateId) -> u32 {
+    pub fn lower_bound(&self, from: StateId, action: Action, goal: StateId) -> u32 {
         let known = self.entry.len();
         let placed = from.index() < known && goal.index() < known;
         if !placed || !self.trusted() || !self.is_paired(action) {
             return 0;
         }
-        self.load_target(from, action);
-        let goal = &self.positions[goal.index() * self.num_axes..][..self.num_axes];
-        self.scratch
-            .iter()
-            .zip(goal)
-            .map(|(a, b)| a.abs_diff(*b))
-            .sum()
+        let target = self.target(from, action);
+        let goal = self.position(goal);
+        target.iter().zip(goal).map(|(a, b)| a.abs_diff(*b)).sum()
     }
 
     /// How many positions next to the place where `action` leads from `from` are taken; 0 while positions are not
     /// trusted. O(axes).
-    pub fn known_sides(&mut self, from: StateId, action: Action) -> u32 {
+    pub fn known_sides(&self, from: StateId, action: Action) -> u32 {
         if !self.trusted() || from.index() >= self.entry.len() {
             return 0;
         }
-        self.load_target(from, action);
+        let target = self.target(from, action);
         let mut sides = 0;
         for axis in 0..self.num_axes {
-            for side in [1, -1] {
-                self.scratch[axis] += side;
-                sides += u32::from(self.occupied.contains_key(self.scratch.as_slice()));
-                self.scratch[axis] -= side;
+            for sign in [1, -1] {
+                let side = target.moved(Direction { axis, sign });
+                sides += u32::from(self.occupied.contains_key(&*side));
             }
         }
         sides
@@ -216,32 +262,27 @@ impl Displacements {
             && actions.all(|(inverse, &moved)| inverse.is_some() || !moved)
     }
 
-    /// Puts the position to which `action` leads from `from` into `scratch`.
-    fn load_target(&mut self, from: StateId, action: Action) {
-        let row = &self.positions[from.index() * self.num_axes..][..self.num_axes];
-        self.scratch.clear();
-        self.scratch.extend_from_slice(row);
-        let direction = self.directions[action.index()];
-        self.scratch[direction.axis] += direction.sign;
+    fn position(&self, state: StateId) -> &[i32] {
+        &self.positions[state.index() * self.num_axes..][..self.num_axes]
+    }
+
+    /// Where `action` leads from `from`, if nothing stands in between.
+    fn target(&self, from: StateId, action: Action) -> Position {
+        Position::of(self.position(from)).moved(self.directions[action.index()])
     }
 
     fn append_position(&mut self, state: StateId) {
-        match self.entry[state.index()] {
-            Some((from, action)) if self.stochastic => self.load_likely_target(from, action),
-            Some((from, action)) => self.load_target(from, action),
-            None => {
-                self.scratch.clear();
-                self.scratch.resize(self.num_axes, 0);
-            }
-        }
-        self.positions.extend_from_slice(&self.scratch);
-        self.occupied.entry(self.scratch.clone()).or_insert(state);
+        let place = match self.entry[state.index()] {
+            Some((from, action)) if self.stochastic => self.likely_target(from, action),
+            Some((from, action)) => self.target(from, action),
+            None => Position::of(&[0; MAX_ACTIONS][..self.num_axes]),
+        };
+        self.positions.extend_from_slice(&place);
+        self.occupied.entry(place.to_vec()).or_insert(state);
     }
 
     fn close_loop(&mut self, from: StateId, action: Action, to: StateId) {
-        self.load_target(from, action);
-        let agrees = self.positions[to.index() * self.num_axes..][..self.num_axes] == self.scratch;
-        if agrees {
+        if *self.position(to) == *self.target(from, action) {
             self.loops_confirmed += 1;
         } else {
             self.loops_contradicted += 1;

@@ -11,13 +11,12 @@
 //! States are placed one after the other, the most certain one first, each where its placed neighbours together say, and
 //! where no other state is.
 
-use super::slips::Slips;
+use super::Occupied;
+use super::action_noise::ActionNoise;
 use crate::env::Action;
-use crate::graph::Outcome;
-use crate::graph::{StateId, TransitionGraph};
-use foldhash::fast::FixedState;
+use crate::graph::{Outcome, StateId, TransitionGraph};
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 /// ℓ of a way that is none of the displacements; relative to the best, as all ℓ are.
 const IMPOSSIBLE: f64 = -30.0;
@@ -81,12 +80,12 @@ pub(super) struct Placement<'a> {
     likelihoods: Vec<f64>,
     /// By state.
     pub positions: Vec<Option<Vec<i32>>>,
-    pub occupied: HashMap<Vec<i32>, StateId, FixedState>,
+    pub occupied: Occupied,
 }
 
 impl<'a> Placement<'a> {
     /// Places every state in reach of state 0. O(m (A² + log m)) for m edges, if no state has more than A neighbours.
-    pub fn new(graph: &'a TransitionGraph, moves: &'a Moves, slips: &Slips) -> Self {
+    pub fn new(graph: &'a TransitionGraph, moves: &'a Moves, noise: &ActionNoise) -> Self {
         let n = graph.num_states();
         let mut offsets = vec![0; n + 1];
         for s in 0..n {
@@ -98,9 +97,9 @@ impl<'a> Placement<'a> {
             likelihoods: vec![0.0; offsets[n] * moves.num_actions()],
             offsets,
             positions: vec![None; n],
-            occupied: HashMap::default(),
+            occupied: Occupied::default(),
         };
-        placement.weigh_edges(slips);
+        placement.weigh_edges(noise);
         placement.place_all();
         placement
     }
@@ -118,12 +117,12 @@ impl<'a> Placement<'a> {
         (self.offsets[from as usize] + place) * self.moves.num_actions()
     }
 
-    fn weigh_edges(&mut self, slips: &Slips) {
+    fn weigh_edges(&mut self, noise: &ActionNoise) {
         let graph = self.graph;
         let mut gains = vec![0.0; self.moves.num_actions()];
         for s in 0..graph.num_states() as u32 {
             for &next in graph.adjacency().neighbors(s) {
-                self.weigh_edge(s, next, slips, &mut gains);
+                self.weigh_edge(s, next, noise, &mut gains);
                 let (there, back) = (self.row(s, next), self.row(next, s));
                 for (d, gain) in gains.iter().enumerate() {
                     self.likelihoods[there + d] += gain;
@@ -138,7 +137,7 @@ impl<'a> Placement<'a> {
     }
 
     /// Writes into `gains` what the tries in `from` say about the way to `to`, by displacement.
-    fn weigh_edge(&self, from: u32, to: u32, slips: &Slips, gains: &mut [f64]) {
+    fn weigh_edge(&self, from: u32, to: u32, noise: &ActionNoise, gains: &mut [f64]) {
         gains.fill(0.0);
         for action in (0..self.moves.num_actions() as u16).map(Action) {
             let tries = f64::from(self.graph.tries(StateId(from), action));
@@ -151,7 +150,7 @@ impl<'a> Placement<'a> {
                 .map(|outcome| f64::from(outcome.count))
                 .sum();
             for (d, gain) in gains.iter_mut().enumerate() {
-                let (hit, miss) = slips.logs(action, d);
+                let (hit, miss) = noise.logs(action, d);
                 *gain += hits * hit + (tries - hits) * miss;
             }
         }

@@ -1,6 +1,6 @@
 //! For the tests: an agent that does as the explorer says.
 
-use super::{Destination, Explorer};
+use super::{Destination, ExplorationModel, Explorer, RecordedStep};
 use crate::env::Action;
 use crate::exploration::fixtures::World;
 use crate::exploration::{ExplorationParams, Optimism};
@@ -15,6 +15,7 @@ pub(super) struct Follower {
     /// State and handicap.
     pub goals: Vec<(usize, u32)>,
     pub graph: TransitionGraph,
+    pub model: ExplorationModel,
     pub explorer: Explorer,
     pub potential: PotentialTable,
     /// The world's names of the states, in order of discovery.
@@ -35,7 +36,8 @@ impl Follower {
         let mut graph = TransitionGraph::new(world.num_actions());
         graph.add_state();
         Self {
-            explorer: Explorer::new(params, world.num_actions(), rng.clone()),
+            model: ExplorationModel::new(params, world.num_actions()),
+            explorer: Explorer::new(rng.clone()),
             world,
             goals: goals.to_vec(),
             graph,
@@ -49,7 +51,8 @@ impl Follower {
     /// Steps of an episode; `None` if it was cut off after `limit`.
     pub(super) fn episode(&mut self, limit: usize) -> Option<usize> {
         let mut here = StateId(0);
-        self.explorer.begin_episode(&self.graph, here);
+        self.explorer
+            .begin_episode(&mut self.model, &self.graph, here);
         for steps in 1..=limit {
             let action = self.advised(here);
             here = self.step(here, action);
@@ -58,12 +61,13 @@ impl Follower {
                 return Some(steps);
             }
             if self
-                .explorer
+                .model
                 .destinations
                 .iter()
                 .any(|goal| goal.state == here)
             {
-                self.explorer.forget_destination(&self.graph, here);
+                self.model.forget_destination(&self.graph, here);
+                self.explorer.lose_goal(&self.model, &self.graph);
                 self.potential.flatten();
             }
         }
@@ -75,7 +79,8 @@ impl Follower {
     pub(super) fn advised(&mut self, state: StateId) -> Action {
         let mut advice = vec![0.0; self.world.num_actions()];
         let (graph, table) = (&self.graph, &self.potential);
-        self.explorer.advise(graph, state, table, 1.0, &mut advice);
+        self.explorer
+            .advise(&mut self.model, graph, state, table, 1.0, &mut advice);
         let best = advice.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let equals: Vec<_> = (0..advice.len()).filter(|&a| advice[a] == best).collect();
         Action(equals[self.rng.random_range(0..equals.len())] as u16)
@@ -100,8 +105,14 @@ impl Follower {
         let terminal = self.goal(to).is_some();
         let new_edge = self.graph.record(from, action, -1.0, to, terminal);
         let first_time = untried || new_edge || known.is_none();
-        self.explorer
-            .learn(&self.graph, from, action, to, terminal, first_time);
+        let step = RecordedStep {
+            from,
+            action,
+            to,
+            terminated: terminal,
+            first_time,
+        };
+        self.explorer.learn(&mut self.model, &self.graph, step);
         to
     }
 
@@ -121,9 +132,9 @@ impl Follower {
         if seen.is_empty() {
             return;
         }
-        self.explorer.set_destinations(&self.graph, &seen);
+        self.model.set_destinations(&self.graph, &seen);
         for state in states {
-            let hops = self.explorer.to_goal.get(state).min(1000);
+            let hops = self.model.to_goal.get(state).min(1000);
             self.potential.extend(state, -f64::from(hops));
         }
     }

@@ -1,12 +1,12 @@
-//! Displacements where actions slip: reckoned anew from all that was seen, now and then.
+//! DeadReckoning where actions slip: reckoned anew from all that was seen, now and then.
 //!
 //! Dead reckoning step by step is wrong as soon as one step slips. So which action undoes which is decided by majority,
-//! positions by `Placement`, chances by [`Slips`], each from the estimate of the others before. The hypothesis is tested
+//! positions by `Placement`, chances by [`ActionNoise`], each from the estimate of the others before. The hypothesis is tested
 //! as a whole: the share of the transitions seen that are displacements at all.
 
+use super::action_noise::ActionNoise;
 use super::placement::{Moves, Placement};
-use super::slips::Slips;
-use super::{Displacements, MAX_ACTIONS};
+use super::{DeadReckoning, MAX_ACTIONS, Position};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
 
@@ -22,7 +22,7 @@ const MIN_STEPS: u64 = 16;
 /// So many tries that came to nothing, and a way that was only gone back is one-way.
 const ONE_WAY_AFTER: u32 = 3;
 
-impl Displacements {
+impl DeadReckoning {
     /// Notes that some action has led to two places: from now on nothing is taken for granted after one try.
     pub(super) fn expect_slips(&mut self) {
         self.stochastic = true;
@@ -41,8 +41,8 @@ impl Displacements {
     }
 
     /// What actions do when they slip, once believed; `None` where they do not, or where it depends on the state.
-    pub fn slips(&self) -> Option<&Slips> {
-        self.slips
+    pub fn noise(&self) -> Option<&ActionNoise> {
+        self.noise
             .as_ref()
             .filter(|_| self.stochastic && self.trusted())
     }
@@ -50,7 +50,7 @@ impl Displacements {
     /// The known state that lies where `action` leads to from `from` unless it slips, if the way there is open as far as
     /// is known: it was gone, or it was gone back and `action` has not failed here again and again. O(degree).
     pub fn neighbor_towards(
-        &mut self,
+        &self,
         graph: &TransitionGraph,
         from: StateId,
         action: Action,
@@ -58,8 +58,7 @@ impl Displacements {
         if !self.trusted() || from.index() >= self.entry.len() {
             return None;
         }
-        self.load_target(from, action);
-        let next = *self.occupied.get(self.scratch.as_slice())?;
+        let next = *self.occupied.get(&*self.target(from, action))?;
         let mut outcomes = graph.outcomes(from);
         let mut failures = 0;
         let gone = outcomes.any(|outcome| {
@@ -87,11 +86,14 @@ impl Displacements {
         let Some(moves) = self.majority_moves() else {
             return;
         };
-        let guess = self.slips.take().unwrap_or_else(|| Slips::prior(&moves));
+        let guess = self
+            .noise
+            .take()
+            .unwrap_or_else(|| ActionNoise::prior(&moves));
         let placement = Placement::new(graph, &moves, &guess);
-        let (slips, agree, disagree) = Slips::count(&moves, &placement);
+        let (noise, agree, disagree) = ActionNoise::count(&moves, &placement);
         let (positions, occupied) = (placement.positions, placement.occupied);
-        self.slips = Some(slips);
+        self.noise = Some(noise);
         if positions.iter().all(Option::is_some) {
             self.positions.clear();
             self.positions
@@ -122,7 +124,7 @@ impl Displacements {
         let believed: Vec<_> = inverse.iter().map(|&b| Some(Action(b as u16))).collect();
         if believed != self.inverse {
             self.inverse = believed;
-            self.slips = None;
+            self.noise = None;
             self.assign_axes();
         }
         let shift = |a: usize| {
@@ -144,19 +146,19 @@ impl Displacements {
         f64::from(self.undone[pair]) / f64::from(self.tests[pair])
     }
 
-    /// Under slip: the likeliest free position for a state first entered from `from` by `action`, into `scratch`.
-    pub(super) fn load_likely_target(&mut self, from: StateId, action: Action) {
-        let share = |slips: &Slips, d| slips.share(action, d);
-        let mut best: Option<(f64, Action)> = None;
+    /// Under slip: the likeliest free position for a state first entered from `from` by `action`.
+    pub(super) fn likely_target(&self, from: StateId, action: Action) -> Position {
+        let likelihood =
+            |d: Action| (self.noise.as_ref()).map_or(0.0, |noise| noise.share(action, d));
+        let mut best: Option<(f64, Position)> = None;
         for d in (0..self.num_actions as u16).map(Action) {
-            self.load_target(from, d);
-            let likely = self.slips.as_ref().map_or(0.0, |slips| share(slips, d));
-            if !self.occupied.contains_key(self.scratch.as_slice())
-                && best.is_none_or(|(known, _)| likely > known)
+            let place = self.target(from, d);
+            if !self.occupied.contains_key(&*place)
+                && best.is_none_or(|(known, _)| likelihood(d) > known)
             {
-                best = Some((likely, d));
+                best = Some((likelihood(d), place));
             }
         }
-        self.load_target(from, best.map_or(action, |(_, d)| d));
+        best.map_or_else(|| self.target(from, action), |(_, place)| place)
     }
 }
