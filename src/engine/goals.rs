@@ -12,7 +12,7 @@ struct Ending {
     count: u32,
 }
 
-/// Goals seen, labels of the trajectories (section 4.1 of the source report), and the typical cost of a step.
+/// Goals seen, labels of the trajectories (section 4.1 of the source paper), and the typical cost of a step.
 #[derive(Clone, Debug, Default)]
 pub struct GoalBook {
     /// In the order of discovery.

@@ -31,7 +31,7 @@ pub struct PipelineParams {
 }
 
 impl Default for PipelineParams {
-    /// The defaults of every part, and γ = 1 as in the source report.
+    /// The defaults of every part, and γ = 1 as in the source paper.
     fn default() -> Self {
         Self {
             spectral: SpectralParams::default(),
