@@ -21,10 +21,10 @@ use crate::features::{FeatureSet, FeatureSource};
 use crate::graph::{StateGraph, StateId, TransitionGraph};
 use crate::parameter::ParameterError;
 use crate::seeds::{self, Stream};
-use crate::shaping::chain::Chain;
-use crate::shaping::cost_to_go::cost_to_go;
-use crate::shaping::successors::Successors;
-use crate::shaping::{Goal, Potential, PotentialKind, PotentialTable, build_potential};
+use crate::shaping::{
+    AbsorbingChain, AnyPotential, Goal, Potential, PotentialKind, PotentialTable, TransitionMatrix,
+    build_potential, cost_to_go,
+};
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
 use std::hash::Hash;
@@ -35,7 +35,7 @@ pub struct WorldModel<S> {
     features: FeatureSet,
     gcn_features: FeatureSource,
     agent_features: Option<FeatureSource>,
-    model: Box<dyn crate::shaping::PotentialModel>,
+    model: AnyPotential,
     table: PotentialTable,
     exploration: Option<ExplorationModel>,
     bonus: Option<CountBonus>,
@@ -148,10 +148,10 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
         let graph = self.graph.transitions();
         let goals: Vec<u32> = self.goals.states().map(|goal| goal.0).collect();
-        let successors = Successors::observed(graph, &graph.adjacency().to_csr());
+        let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
         let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
-        let order = cost_to_go(&successors, &steps, &goals, &ends).order;
-        let chain = Chain::new(&successors, order, goals.len());
+        let order = cost_to_go(&transitions, &steps, &goals, &ends).order;
+        let chain = AbsorbingChain::new(&transitions, order, goals.len());
         let states = 0..graph.num_states() as u32;
         let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
         Ok(chain.spurious_maxima(&phi))

@@ -1,4 +1,4 @@
-//! The grid world of the source report, section 2.1: four moves, and whatever is in the way stops the agent.
+//! The grid world of the source paper, section 2.1: four moves, and whatever is in the way stops the agent.
 //!
 //! P: with probability 1 − slip the agent moves as it chose, with slip/2 each to the left or right of that direction;
 //! where the cell in question cannot be entered ([`Layout::neighbor`]) it stays. R: [`RewardScheme`]. Entering a goal

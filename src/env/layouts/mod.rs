@@ -5,7 +5,7 @@
 //!
 //! | constructor | what it makes |
 //! |---|---|
-//! | [`Layout::open`] | a rectangle without walls (Fig. 2 of the source report) |
+//! | [`Layout::open`] | a rectangle without walls (Fig. 2 of the source paper) |
 //! | [`Layout::rooms`] | rows × columns of rooms, one door in each shared wall |
 //! | [`Layout::linked`] | rows × columns of open grids joined by corridors (Fig. 9) |
 //! | [`Layout::maze`] | a random spanning tree, plus a share of loops |

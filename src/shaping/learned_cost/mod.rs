@@ -1,15 +1,15 @@
-//! The default potential: a GCN that sets the local cost of a diffusion.
+//! The default potential: a GCN that sets the step costs of a linearly solvable MDP.
 //!
 //! ```text
 //! z = T̂ relu(T̂ X W0 + b0) w1 + b1                                one number per state (eq. 5 without its softmax)
 //! q_i = τ c_i e^{clip(z_i, ±1.5)}                                  c_i: observed step cost in typical steps, τ = 0.7
-//! u_i = e^{−q_i} Σ_j P_ij u_j,   φ ∝ ln u                          a linearly solvable MDP, see `diffusion`
+//! u_i = e^{−q_i} Σ_j P_ij u_j,   φ ∝ ln u                          see `linearly_solvable`
 //! loss = mean_{i ∈ Y} (a v_i / d_i − 1)² + (λ / |E|) zᵀ L z        v = −ln u, d = cost-to-go on the visited graph
 //! ```
 //!
 //! A network whose *output* is the potential leaves false maxima between its labels. Here whatever it puts out, φ comes
-//! from a diffusion with positive costs, and the maximum principle forbids false maxima: the network can only decide
-//! how fast φ falls where. Output layer and bias start at 0, so an untrained network is the plain diffusion.
+//! from such a process with positive costs, and the maximum principle forbids false maxima: the network can only decide
+//! how fast φ falls where. Output layer and bias start at 0, so an untrained network leaves the fixed costs of `heat`.
 //!
 //! Labels cost no further experience: Y are random states (256) that reach a goal, and d is known from the visited
 //! graph.
@@ -21,20 +21,20 @@
 
 mod misfit;
 mod objective;
-mod recollection;
 mod training;
+mod warm_start;
 
 use super::features::extended_features;
+use super::fit_context::{FitContext, GraphPotential};
 use super::network::Network;
-use super::site::{Site, SiteModel};
-use super::terrain::Terrain;
+use super::shortest_path::ShortestPathProblem;
 use super::{PotentialFit, ShapingError, ShapingParams};
-use crate::gcn::{Adam, FitReport, Gcn, GcnError, GcnParameters, GcnParams, Propagation};
+use crate::gcn::{Adam, FitStatistics, Gcn, GcnError, GcnParameters, GcnParams, Propagation};
 use crate::seeds::{Stream, stream};
 use objective::Objective;
-use recollection::Recollection;
 use serde::{Deserialize, Serialize};
 use training::{Effort, Inputs, train};
+use warm_start::WarmStart;
 
 /// Nodes × epochs of one fit, so that a fit on 10⁵ nodes takes 30 epochs instead of 150: a bound in work, not in
 /// seconds, because equal runs must give equal results.
@@ -45,7 +45,7 @@ const RELAPSE: f64 = 1.5;
 
 /// The `gcn` potential. Weights, moments and the last solution stay from fit to fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ConductancePotential {
+pub struct LearnedCostPotential {
     shaping: ShapingParams,
     gcn: GcnParams,
     seed: u64,
@@ -54,10 +54,10 @@ pub struct ConductancePotential {
     network: Option<Network>,
     /// The loss that training has left; 0 for weights from elsewhere, `None` before any training.
     learnt: Option<f64>,
-    last: Option<Recollection>,
+    last: Option<WarmStart>,
 }
 
-impl ConductancePotential {
+impl LearnedCostPotential {
     /// A potential with untrained weights drawn from `seed`. Of `gcn` it uses hidden units and learning rate.
     pub fn new(shaping: ShapingParams, gcn: GcnParams, seed: u64) -> Self {
         Self {
@@ -110,9 +110,9 @@ impl ConductancePotential {
     }
 
     /// Up to `num_labels` different positions past the goals.
-    fn draw_labels(&self, terrain: &Terrain) -> Vec<usize> {
-        let goals = terrain.chain.num_goals();
-        let candidates = terrain.chain.len() - goals;
+    fn draw_labels(&self, problem: &ShortestPathProblem) -> Vec<usize> {
+        let goals = problem.chain.num_goals();
+        let candidates = problem.chain.len() - goals;
         let mut rng = stream(self.seed, Stream::Gcn);
         rng.set_word_pos(u128::from(self.fits + 1) << 32);
         let amount = self.shaping.num_labels.min(candidates);
@@ -136,61 +136,61 @@ impl ConductancePotential {
     }
 }
 
-impl SiteModel for ConductancePotential {
-    fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
-        let labels = self.draw_labels(site.terrain);
-        let guess = self.last.as_ref().map(|last| last.guess(site.terrain));
+impl GraphPotential for LearnedCostPotential {
+    fn fit_in(&mut self, context: &FitContext<'_>) -> Result<PotentialFit, ShapingError> {
+        let labels = self.draw_labels(context.problem);
+        let guess = self.last.as_ref().map(|last| last.guess(context.problem));
         // Not the potential's own, which the objective would borrow for as long as the network is trained.
         let shaping = self.shaping.clone();
-        let mut objective = Objective::new(site, &shaping, labels, guess);
+        let mut objective = Objective::new(context, &shaping, labels, guess);
         self.fits += 1;
-        let unchanged = self.solve_only(site, &mut objective)?;
+        let unchanged = self.solve_only(context, &mut objective)?;
         let earlier = self.last.take().filter(|_| unchanged.is_some());
-        let report = match unchanged {
-            Some(report) => report,
-            None => self.ask_and_train(site, &mut objective)?,
+        let statistics = match unchanged {
+            Some(statistics) => statistics,
+            None => self.ask_and_train(context, &mut objective)?,
         };
         let (output, solution) = objective.finish();
-        let values = site.terrain.potential(&solution.v, shaping.scale_factor);
+        let values = context.problem.potential(&solution.v, shaping.scale_factor);
         let checked = PotentialFit::checked(values)?;
-        self.last = Some(Recollection::new(site, output, &solution, earlier.as_ref()));
+        self.last = Some(WarmStart::new(context, output, &solution, earlier.as_ref()));
         Ok(PotentialFit {
-            fit: Some(report),
-            solve: Some(solution.report),
+            fit: Some(statistics),
+            solve: Some(solution.statistics),
             ..checked
         })
     }
 }
 
-impl ConductancePotential {
+impl LearnedCostPotential {
     /// Brings v up to date with the output that the network had last; none if it must be asked again or is worth
     /// training.
     fn solve_only(
         &self,
-        site: &Site<'_>,
+        context: &FitContext<'_>,
         objective: &mut Objective<'_>,
-    ) -> Result<Option<FitReport>, ShapingError> {
+    ) -> Result<Option<FitStatistics>, ShapingError> {
         let last = self.last.as_ref();
-        let Some(z) = last.and_then(|last| last.output(site.adjacency, site.features)) else {
+        let Some(z) = last.and_then(|last| last.output(context.adjacency, context.features)) else {
             return Ok(None);
         };
         let loss = objective.begin(z.as_ref())?;
-        let report = FitReport {
+        let statistics = FitStatistics {
             epochs: 0,
             initial_loss: loss,
             loss,
         };
-        Ok((loss <= self.effort(site.adjacency.num_nodes()).begin_above).then_some(report))
+        Ok((loss <= self.effort(context.adjacency.num_nodes()).begin_above).then_some(statistics))
     }
 
     /// Asks the network on its present features, and trains it if that is worth it.
     fn ask_and_train(
         &mut self,
-        site: &Site<'_>,
+        context: &FitContext<'_>,
         objective: &mut Objective<'_>,
-    ) -> Result<FitReport, ShapingError> {
-        let features = extended_features(site.features, site.adjacency);
-        let propagation = Propagation::new(site.adjacency);
+    ) -> Result<FitStatistics, ShapingError> {
+        let features = extended_features(context.features, context.adjacency);
+        let propagation = Propagation::new(context.adjacency);
         let tx = propagation.apply(features.as_ref());
         let inputs = Inputs {
             propagation: &propagation,
@@ -202,12 +202,12 @@ impl ConductancePotential {
         if is_new {
             self.learnt = None;
         }
-        let effort = self.effort(site.adjacency.num_nodes());
+        let effort = self.effort(context.adjacency.num_nodes());
         let network = self.network.as_mut().expect("prepared above");
         let before = network.clone();
         let outcome = train(network, inputs, objective, effort);
         match &outcome {
-            Ok(report) if report.epochs > 0 => self.learnt = Some(report.loss),
+            Ok(statistics) if statistics.epochs > 0 => self.learnt = Some(statistics.loss),
             Ok(_) => {}
             Err(_) => *network = before,
         }
@@ -221,8 +221,8 @@ mod tests {
     use crate::shaping::fixtures::on_grid;
     use faer::Mat;
 
-    fn potential(params: ShapingParams) -> ConductancePotential {
-        ConductancePotential::new(params, GcnParams::default(), 3)
+    fn potential(params: ShapingParams) -> LearnedCostPotential {
+        LearnedCostPotential::new(params, GcnParams::default(), 3)
     }
 
     /// Every epoch there may be.
@@ -235,13 +235,13 @@ mod tests {
 
     #[test]
     fn training_lowers_the_loss_and_later_fits_leave_the_network_alone() {
-        on_grid(8, |site| {
+        on_grid(8, |context| {
             let mut model = potential(to_the_end());
-            let cold = model.fit_site(site).unwrap().fit.unwrap();
+            let cold = model.fit_in(context).unwrap().fit.unwrap();
             assert_eq!(cold.epochs, 150);
             assert!(cold.loss < 0.9 * cold.initial_loss, "{cold:?}");
             let weights = model.parameters().cloned();
-            let warm = model.fit_site(site).unwrap().fit.unwrap();
+            let warm = model.fit_in(context).unwrap().fit.unwrap();
             assert_eq!(warm.epochs, 0);
             assert!(
                 warm.initial_loss < RELAPSE * cold.loss,
@@ -253,24 +253,24 @@ mod tests {
 
     #[test]
     fn a_loss_that_has_grown_is_trained_away_again() {
-        on_grid(8, |site| {
+        on_grid(8, |context| {
             let mut model = potential(to_the_end());
-            model.fit_site(site).unwrap();
+            model.fit_in(context).unwrap();
             model.learnt = model.learnt.map(|loss| loss / 2.0);
-            let again = model.fit_site(site).unwrap().fit.unwrap();
+            let again = model.fit_in(context).unwrap().fit.unwrap();
             assert_eq!(again.epochs, 20);
         });
     }
 
     #[test]
     fn training_ends_at_the_tolerance_and_does_not_begin_below_it() {
-        on_grid(8, |site| {
+        on_grid(8, |context| {
             let fit = |fit_tolerance| {
                 let shaping = ShapingParams {
                     fit_tolerance,
                     ..Default::default()
                 };
-                potential(shaping).fit_site(site).unwrap().fit.unwrap()
+                potential(shaping).fit_in(context).unwrap().fit.unwrap()
             };
             let full = fit(0.0);
             let half = fit(0.5 * (full.initial_loss + full.loss));
@@ -284,14 +284,14 @@ mod tests {
     /// The last output and the last solution only save time.
     #[test]
     fn what_is_remembered_does_not_show() {
-        on_grid(8, |site| {
+        on_grid(8, |context| {
             let mut model = potential(to_the_end());
-            model.fit_site(site).unwrap();
+            model.fit_in(context).unwrap();
             let mut forgetful = model.clone();
             forgetful.last = None;
             let (warm, cold) = (
-                model.fit_site(site).unwrap(),
-                forgetful.fit_site(site).unwrap(),
+                model.fit_in(context).unwrap(),
+                forgetful.fit_in(context).unwrap(),
             );
             assert!(warm.solve.unwrap().sweeps < cold.solve.unwrap().sweeps);
             for (a, b) in warm.values.iter().zip(&cold.values) {
@@ -303,20 +303,20 @@ mod tests {
     /// Carried weights give the potential that they gave where they were fitted, without an epoch.
     #[test]
     fn weights_can_be_carried_over() {
-        on_grid(4, |site| {
+        on_grid(4, |context| {
             let mut fitted = potential(ShapingParams::default());
             assert!(fitted.parameters().is_none());
-            fitted.fit_site(site).unwrap();
+            fitted.fit_in(context).unwrap();
             let as_they_are = ShapingParams {
                 warm_epochs: 0,
                 ..Default::default()
             };
             let weights = fitted.parameters().unwrap().clone();
             let carry = |weights| potential(as_they_are.clone()).with_parameters(weights);
-            let carried = carry(weights.clone()).unwrap().fit_site(site).unwrap();
+            let carried = carry(weights.clone()).unwrap().fit_in(context).unwrap();
             fitted.shaping.warm_epochs = 0;
             fitted.last = None;
-            assert_eq!(carried.values, fitted.fit_site(site).unwrap().values);
+            assert_eq!(carried.values, fitted.fit_in(context).unwrap().values);
 
             let mut rng = stream(0, Stream::Gcn);
             let two: GcnParameters = Gcn::new(4, 3, 2, true, &mut rng).into();
@@ -332,16 +332,16 @@ mod tests {
 
     #[test]
     fn untrained_it_is_the_plain_diffusion() {
-        on_grid(4, |site| {
+        on_grid(4, |context| {
             let no_epochs = ShapingParams {
                 cold_epochs: 0,
                 ..Default::default()
             };
             let kept = (-no_epochs.temperature).exp();
             let scale_factor = no_epochs.scale_factor;
-            let untrained = potential(no_epochs).fit_site(site).unwrap().values;
+            let untrained = potential(no_epochs).fit_in(context).unwrap().values;
             let mut heat = super::super::heat::HeatPotential { kept, scale_factor };
-            let heat = heat.fit_site(site).unwrap().values;
+            let heat = heat.fit_in(context).unwrap().values;
             for (a, b) in untrained.iter().zip(&heat) {
                 assert!((a - b).abs() < 1e-5, "{a} against {b}");
             }
@@ -350,27 +350,27 @@ mod tests {
 
     #[test]
     fn features_with_nan_are_an_error_and_leave_the_weights() {
-        on_grid(4, |site| {
+        on_grid(4, |context| {
             let mut model = potential(ShapingParams::default());
-            model.fit_site(site).unwrap();
+            model.fit_in(context).unwrap();
             let before = model.network.clone();
             let nan = Mat::full(72, 4, f64::NAN);
             let error = model
-                .fit_site(&Site {
+                .fit_in(&FitContext {
                     features: nan.as_ref(),
-                    ..*site
+                    ..*context
                 })
                 .unwrap_err();
             assert!(matches!(error, ShapingError::Gcn(_)), "{error}");
             assert_eq!(model.network, before);
-            assert!(model.fit_site(site).is_ok());
+            assert!(model.fit_in(context).is_ok());
         });
     }
 
     #[test]
     fn equal_seeds_give_equal_bits() {
-        on_grid(4, |site| {
-            let fit = || potential(ShapingParams::default()).fit_site(site).unwrap();
+        on_grid(4, |context| {
+            let fit = || potential(ShapingParams::default()).fit_in(context).unwrap();
             assert_eq!(fit(), fit());
         });
     }

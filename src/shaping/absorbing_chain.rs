@@ -1,4 +1,4 @@
-//! The walk P, laid out in memory in the order in which values flow away from the goals.
+//! The absorbing Markov chain P, laid out in memory in the order in which values flow away from the goals.
 //!
 //! ```text
 //! position:   0 … g−1 | g  g+1  …                 m−1
@@ -9,13 +9,13 @@
 //! A sweep over the rows is then one pass through contiguous memory, and every row past the goals has at least one
 //! near column: the successor through which it was first reached.
 
-use super::successors::Successors;
+use super::transition_matrix::TransitionMatrix;
 use crate::graph::StateId;
 use std::ops::Range;
 
-/// P restricted to the states that can reach a goal, rows and columns by position.
+/// An absorbing chain: P restricted to the states that can reach a goal, rows and columns by position.
 #[derive(Clone, Debug)]
-pub struct Chain {
+pub struct AbsorbingChain {
     num_states: usize,
     num_goals: usize,
     /// State at each position.
@@ -28,30 +28,30 @@ pub struct Chain {
     probabilities: Vec<f64>,
 }
 
-impl Chain {
-    /// Lays out `successors` along `order`, of which the first `num_goals` are goals (see
+impl AbsorbingChain {
+    /// Lays out `transitions` along `order`, of which the first `num_goals` are goals (see
     /// [`cost_to_go`](super::cost_to_go::cost_to_go)). O(nnz log degree).
     ///
     /// # Panics
     /// If a state past the goals has no successor before it: the order is then not one of reachability.
-    pub fn new(successors: &Successors, order: Vec<u32>, num_goals: usize) -> Self {
-        let mut position = vec![u32::MAX; successors.num_states()];
+    pub fn new(transitions: &TransitionMatrix, order: Vec<u32>, num_goals: usize) -> Self {
+        let mut position = vec![u32::MAX; transitions.num_states()];
         order
             .iter()
             .enumerate()
             .for_each(|(p, &s)| position[s as usize] = p as u32);
         let mut chain = Self {
-            num_states: successors.num_states(),
+            num_states: transitions.num_states(),
             num_goals,
             offsets: vec![0; num_goals + 1],
             first_far: vec![0; num_goals],
-            columns: Vec::with_capacity(successors.nnz()),
-            probabilities: Vec::with_capacity(successors.nnz()),
+            columns: Vec::with_capacity(transitions.nnz()),
+            probabilities: Vec::with_capacity(transitions.nnz()),
             order,
         };
         let mut row = Vec::new();
         for p in num_goals..chain.order.len() {
-            let (targets, probabilities) = successors.row(chain.order[p] as usize);
+            let (targets, probabilities) = transitions.row(chain.order[p] as usize);
             let placed = targets
                 .iter()
                 .map(|&t| position[t as usize])

@@ -1,4 +1,4 @@
-//! What every potential needs to know about the visited world: moves, step costs, goals, and the scale of the return.
+//! The stochastic shortest-path problem of the visited world: moves, step costs, goals, and the scale of the return.
 //!
 //! ```text
 //! c_i = |mean reward of a step from i| / r̄        local cost in typical steps;  r̄ = median of those that are not 0
@@ -15,9 +15,9 @@
 //! **Worlds without step costs** (r̄ = 0): steps cost 1 each in units of r̄ = max_g |R_g| / E, so that the range of φ
 //! is `factor` times the largest goal reward; without any reward, r̄ = 1.
 
-use super::chain::Chain;
+use super::absorbing_chain::AbsorbingChain;
 use super::cost_to_go::{CostToGo, cost_to_go};
-use super::successors::Successors;
+use super::transition_matrix::TransitionMatrix;
 use super::{Goal, PotentialInputs, ShapingError};
 use crate::graph::{StateId, TransitionGraph};
 
@@ -28,11 +28,11 @@ const COST_RANGE: (f64, f64) = (0.05, 20.0);
 /// A v that rises by less than this is flat: stretching it to the return would only amplify rounding.
 const MIN_RISE: f64 = 1e-9;
 
-/// The visited world as the potentials see it. Vectors are by position of the chain.
+/// A shortest-path problem on the visited world. Vectors are by position of the chain.
 #[derive(Clone, Debug)]
-pub struct Terrain {
+pub struct ShortestPathProblem {
     /// Moves among the states that can reach a goal.
-    pub chain: Chain,
+    pub chain: AbsorbingChain,
     /// c_i, in typical steps; 0.05 to 20.
     pub costs: Vec<f64>,
     /// d_i, in typical steps.
@@ -41,8 +41,8 @@ pub struct Terrain {
     pub step_reward: f64,
 }
 
-impl Terrain {
-    /// The terrain of a world as far as it was observed. O((n + transitions) log n).
+impl ShortestPathProblem {
+    /// The problem of a world as far as it was observed. O((n + transitions) log n).
     ///
     /// # Errors
     /// If a mean reward is not finite.
@@ -50,7 +50,7 @@ impl Terrain {
     /// # Panics
     /// If the adjacency does not belong to the graph, or a goal is out of range.
     pub fn observed(inputs: &PotentialInputs<'_>) -> Result<Self, ShapingError> {
-        let successors = Successors::observed(inputs.graph, inputs.adjacency);
+        let transitions = TransitionMatrix::observed(inputs.graph, inputs.adjacency);
         let (costs, typical) = observed_costs(inputs.graph)?;
         if let Some(bad) = inputs.goals.iter().find(|g| !g.reward.is_finite()) {
             return Err(ShapingError::Reward {
@@ -58,28 +58,28 @@ impl Terrain {
                 value: bad.reward,
             });
         }
-        Ok(Self::assemble(&successors, &costs, typical, inputs.goals))
+        Ok(Self::assemble(&transitions, &costs, typical, inputs.goals))
     }
 
-    /// The terrain of a bare graph: every step costs 1, all goals are worth the same.
+    /// The problem of a bare graph: every step costs 1, all goals are worth the same.
     ///
     /// # Panics
     /// If a goal is out of range.
-    pub fn uniform(successors: &Successors, goals: &[StateId]) -> Self {
+    pub fn uniform(transitions: &TransitionMatrix, goals: &[StateId]) -> Self {
         let goals: Vec<Goal> = goals
             .iter()
             .map(|&state| Goal { state, reward: 0.0 })
             .collect();
         Self::assemble(
-            successors,
-            &vec![1.0; successors.num_states()],
+            transitions,
+            &vec![1.0; transitions.num_states()],
             Some(1.0),
             &goals,
         )
     }
 
     fn assemble(
-        successors: &Successors,
+        transitions: &TransitionMatrix,
         costs: &[f64],
         typical: Option<f64>,
         goals: &[Goal],
@@ -87,7 +87,7 @@ impl Terrain {
         let states: Vec<u32> = goals.iter().map(|g| g.state.0).collect();
         let reach = |step_reward: f64| {
             let terminal = forgone(goals, step_reward);
-            cost_to_go(successors, costs, &states, &terminal)
+            cost_to_go(transitions, costs, &states, &terminal)
         };
         let step_reward = typical.unwrap_or_else(|| {
             let largest = goals.iter().map(|g| g.reward.abs()).fold(0.0, f64::max);
@@ -100,7 +100,7 @@ impl Terrain {
             }
         });
         let CostToGo { distance, order } = reach(step_reward);
-        let chain = Chain::new(successors, order, goals.len());
+        let chain = AbsorbingChain::new(transitions, order, goals.len());
         Self {
             costs: chain.gather(costs),
             distances: chain.gather(&distance),

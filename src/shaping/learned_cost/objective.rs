@@ -14,10 +14,10 @@
 use super::misfit::Misfit;
 use crate::gcn::{GcnError, Smoothness};
 use crate::shaping::ShapingParams;
-use crate::shaping::diffusion::Diffusion;
+use crate::shaping::fit_context::FitContext;
 use crate::shaping::grounded::{GroundedSolution, Guess};
-use crate::shaping::site::Site;
-use crate::shaping::terrain::Terrain;
+use crate::shaping::linearly_solvable::LinearlySolvableMdp;
+use crate::shaping::shortest_path::ShortestPathProblem;
 use faer::MatRef;
 
 /// Sweeps of v in an epoch. A sweep leaves about a tenth of the error at usual costs, and each epoch moves the solution
@@ -29,11 +29,11 @@ const ADJOINT_TOL: f64 = 1e-4;
 
 /// What stays the same from epoch to epoch, and the iterates that do not start over.
 pub(super) struct Objective<'a> {
-    terrain: &'a Terrain,
+    problem: &'a ShortestPathProblem,
     shaping: &'a ShapingParams,
     smoothness: Smoothness<'a>,
     misfit: Misfit,
-    diffusion: Diffusion<'a>,
+    mdp: LinearlySolvableMdp<'a>,
     guess: Option<Guess>,
     /// By state.
     z: Vec<f64>,
@@ -54,20 +54,20 @@ pub(super) struct Objective<'a> {
 impl<'a> Objective<'a> {
     /// `labels` are positions past the goals.
     pub fn new(
-        site: &Site<'a>,
+        context: &FitContext<'a>,
         shaping: &'a ShapingParams,
         labels: Vec<usize>,
         guess: Option<Guess>,
     ) -> Self {
-        let terrain = site.terrain;
-        let by_position = vec![0.0; terrain.chain.len()];
-        let by_state = vec![0.0; site.adjacency.num_nodes()];
+        let problem = context.problem;
+        let by_position = vec![0.0; problem.chain.len()];
+        let by_state = vec![0.0; context.adjacency.num_nodes()];
         Self {
-            terrain,
+            problem,
             shaping,
-            smoothness: Smoothness::new(site.adjacency),
-            misfit: Misfit::new(labels, &terrain.distances),
-            diffusion: Diffusion::new(&terrain.chain),
+            smoothness: Smoothness::new(context.adjacency),
+            misfit: Misfit::new(labels, &problem.distances),
+            mdp: LinearlySolvableMdp::new(&problem.chain),
             guess,
             z: by_state.clone(),
             q: by_position.clone(),
@@ -99,16 +99,16 @@ impl<'a> Objective<'a> {
         self.set_costs(z);
         self.has_moved = true;
         let v = &mut self.solution.v;
-        self.diffusion.follow(&self.q, v, SWEEPS_PER_EPOCH);
-        self.solution.report.sweeps += SWEEPS_PER_EPOCH;
+        self.mdp.follow(&self.q, v, SWEEPS_PER_EPOCH);
+        self.solution.statistics.sweeps += SWEEPS_PER_EPOCH;
         self.loss(epoch)
     }
 
     /// ∂loss/∂z (n × 1) at the last z, from `sweeps` sweeps.
     pub fn gradient(&mut self, sweeps: usize) -> MatRef<'_, f64> {
-        let walk = self.diffusion.walk_mut();
+        let walk = self.mdp.walk_mut();
         walk.solve_transposed(&self.v_gradient, &mut self.q_gradient, ADJOINT_TOL, sweeps);
-        let order = self.terrain.chain.order();
+        let order = self.problem.chain.order();
         let places = order.iter().zip(&self.q).zip(&self.q_gradient);
         for ((&state, q), mu) in places {
             // ∂q/∂z = q inside the clip, 0 outside.
@@ -133,10 +133,10 @@ impl<'a> Objective<'a> {
     fn solve(&mut self) {
         let before = std::mem::take(&mut self.solution);
         let guess = self.guess.take().or_else(|| before.guess());
-        let (terrain, diffusion) = (self.terrain, &mut self.diffusion);
-        self.solution = GroundedSolution::new(terrain, diffusion, &self.q, guess);
-        self.solution.report.sweeps += before.report.sweeps;
-        self.solution.report.steps += before.report.steps;
+        let (problem, mdp) = (self.problem, &mut self.mdp);
+        self.solution = GroundedSolution::new(problem, mdp, &self.q, guess);
+        self.solution.statistics.sweeps += before.statistics.sweeps;
+        self.solution.statistics.steps += before.statistics.steps;
         self.has_moved = false;
     }
 
@@ -145,7 +145,7 @@ impl<'a> Objective<'a> {
         self.z.clear();
         self.z.extend((0..z.nrows()).map(|i| z[(i, 0)]));
         let (tau, clip) = (self.shaping.temperature, self.shaping.log_cost_clip);
-        let places = self.terrain.chain.order().iter().zip(&self.terrain.costs);
+        let places = self.problem.chain.order().iter().zip(&self.problem.costs);
         for (q, (&state, cost)) in self.q.iter_mut().zip(places) {
             *q = tau * cost * libm::exp(self.z[state as usize].clamp(-clip, clip));
         }
@@ -180,10 +180,10 @@ mod tests {
     /// The whole gradient with respect to z, against central differences.
     #[test]
     fn gradient_agrees_with_finite_differences() {
-        on_grid(3, |site| {
+        on_grid(3, |context| {
             let shaping = ShapingParams::default();
-            let labels: Vec<usize> = (1..site.terrain.chain.len()).step_by(3).collect();
-            let mut objective = Objective::new(site, &shaping, labels, None);
+            let labels: Vec<usize> = (1..context.problem.chain.len()).step_by(3).collect();
+            let mut objective = Objective::new(context, &shaping, labels, None);
             let zero = Mat::zeros(72, 1);
             objective.begin(zero.as_ref()).unwrap();
             // Some entries lie beyond the clip of 1.5.
@@ -216,17 +216,17 @@ mod tests {
     /// Whatever the network puts out, inside the clip and far beyond it.
     #[test]
     fn wild_outputs_leave_no_false_maximum() {
-        on_grid(8, |site| {
+        on_grid(8, |context| {
             let shaping = ShapingParams::default();
             for frequency in [0.3, 2.1, 11.7] {
-                let mut objective = Objective::new(site, &shaping, vec![], None);
+                let mut objective = Objective::new(context, &shaping, vec![], None);
                 let z = Mat::from_fn(72, 1, |i, _| 9.0 * (i as f64 * frequency).sin());
                 objective.begin(z.as_ref()).unwrap();
                 let (_, solution) = objective.finish();
-                assert!(solution.report.converged);
-                let values = site.terrain.potential(&solution.v, 1.0);
+                assert!(solution.statistics.converged);
+                let values = context.problem.potential(&solution.v, 1.0);
                 assert_eq!(
-                    spurious_maxima(&values, site.adjacency, &[StateId(0)]),
+                    spurious_maxima(&values, context.adjacency, &[StateId(0)]),
                     vec![]
                 );
             }

@@ -1,7 +1,7 @@
 //! One fit: a solve, and as many epochs as are worth it.
 
 use super::objective::Objective;
-use crate::gcn::{FitReport, GcnWorkspace, Propagation};
+use crate::gcn::{FitStatistics, GcnWorkspace, Propagation};
 use crate::shaping::ShapingError;
 use crate::shaping::network::Network;
 use faer::MatRef;
@@ -38,37 +38,37 @@ pub(super) fn train(
     inputs: Inputs<'_>,
     objective: &mut Objective<'_>,
     effort: Effort,
-) -> Result<FitReport, ShapingError> {
+) -> Result<FitStatistics, ShapingError> {
     let Inputs { propagation, tx } = inputs;
     let mut workspace = GcnWorkspace::default();
     let z = network.gcn.forward(propagation, tx, &mut workspace);
     let initial_loss = objective.begin(z)?;
-    let mut report = FitReport {
+    let mut statistics = FitStatistics {
         epochs: 0,
         initial_loss,
         loss: initial_loss,
     };
     if initial_loss <= effort.begin_above {
-        return Ok(report);
+        return Ok(statistics);
     }
     let mut best = network.gcn.clone();
     let mut gradient = network.gcn.parameters().zeros_like();
     let mut sweeps = FIRST_SWEEPS;
-    while report.epochs < effort.epochs && report.loss > effort.end_at {
+    while statistics.epochs < effort.epochs && statistics.loss > effort.end_at {
         let upstream = objective.gradient(sweeps);
         network
             .gcn
             .backward_into(propagation, tx, &mut workspace, upstream, &mut gradient);
         network.adam.step(&mut network.gcn, &gradient);
         let z = network.gcn.forward(propagation, tx, &mut workspace);
-        report.epochs += 1;
-        let loss = objective.follow(z, report.epochs)?;
-        if loss < report.loss {
-            report.loss = loss;
+        statistics.epochs += 1;
+        let loss = objective.follow(z, statistics.epochs)?;
+        if loss < statistics.loss {
+            statistics.loss = loss;
             best.clone_from(&network.gcn);
         }
         sweeps = SWEEPS_PER_EPOCH;
     }
     network.gcn = best;
-    Ok(report)
+    Ok(statistics)
 }

@@ -1,4 +1,4 @@
-//! P: where the walk that the diffusion averages over goes from each state.
+//! The transition matrix P of the walk that the potentials average over.
 //!
 //! ```text
 //! P_ij = mean over the actions a tried at i of  N(i, a, j) / Σ_{k≠i} N(i, a, k)      all actions of i tried
@@ -20,16 +20,16 @@ use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
 /// A move that weighs less beside its alternatives counts as this likely: still a move, and no underflow.
 const SMALLEST_PROBABILITY: f64 = 1e-30;
 
-/// Rows of probabilities over the next state, without self-transitions; a row is empty where there is no way on.
+/// Rows of P: probabilities over the next state, without self-transitions; a row is empty where there is no way on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Successors {
+pub struct TransitionMatrix {
     /// `num_states + 1` offsets into the two arrays below.
     offsets: Vec<usize>,
     targets: Vec<u32>,
     probabilities: Vec<f64>,
 }
 
-impl Successors {
+impl TransitionMatrix {
     /// P of a world as far as it was observed. O(n + transitions).
     ///
     /// # Panics
@@ -164,8 +164,8 @@ mod tests {
     }
 
     fn row(graph: &TransitionGraph) -> Vec<(u32, f64)> {
-        let successors = Successors::observed(graph, &graph.adjacency().to_csr());
-        let (targets, probabilities) = successors.row(0);
+        let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
+        let (targets, probabilities) = transitions.row(0);
         targets
             .iter()
             .copied()
@@ -215,17 +215,17 @@ mod tests {
             edges.add_triplet(i, 0, weight);
         }
         let adjacency = SymmetricCsr::new(edges.to_csr()).unwrap();
-        let successors = Successors::undirected(&adjacency);
-        assert_eq!(successors.row(0).1, [SMALLEST_PROBABILITY, 1.0]);
+        let transitions = TransitionMatrix::undirected(&adjacency);
+        assert_eq!(transitions.row(0).1, [SMALLEST_PROBABILITY, 1.0]);
     }
 
     proptest! {
         #[test]
         fn rows_are_distributions_and_predecessors_transpose_them(adjacency in any_graph()) {
-            let successors = Successors::undirected(&adjacency);
-            let (offsets, sources) = successors.predecessors();
+            let transitions = TransitionMatrix::undirected(&adjacency);
+            let (offsets, sources) = transitions.predecessors();
             for i in 0..adjacency.num_nodes() {
-                let (targets, probabilities) = successors.row(i);
+                let (targets, probabilities) = transitions.row(i);
                 prop_assert!(targets.is_sorted() && !targets.contains(&(i as u32)));
                 let total: f64 = probabilities.iter().sum();
                 prop_assert!(targets.is_empty() || (total - 1.0).abs() < 1e-14);
@@ -234,7 +234,7 @@ mod tests {
                     prop_assert!(sources[range].contains(&(i as u32)));
                 }
             }
-            prop_assert_eq!(sources.len(), successors.nnz());
+            prop_assert_eq!(sources.len(), transitions.nnz());
         }
     }
 }

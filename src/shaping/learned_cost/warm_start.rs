@@ -1,4 +1,4 @@
-//! What one fit leaves to the next one, on a graph that has grown meanwhile.
+//! The warm start that one fit leaves to the next one, on a graph that has grown meanwhile.
 //!
 //! **v** is kept as v_i / d_i by state, which is nearly the same everywhere and changes little when states are found,
 //! while v itself falls by as much as the whole way when a short cut is. A guess for states that were not there is left
@@ -9,9 +9,9 @@
 
 use crate::graph::SymmetricCsr;
 use crate::shaping::features::extended_features;
+use crate::shaping::fit_context::FitContext;
 use crate::shaping::grounded::{GroundedSolution, Guess};
-use crate::shaping::site::Site;
-use crate::shaping::terrain::Terrain;
+use crate::shaping::shortest_path::ShortestPathProblem;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
@@ -21,9 +21,9 @@ const UNKNOWN: f64 = f64::MAX;
 /// The network is asked again when the graph has grown by this share since.
 const STALE_GROWTH: f64 = 0.25;
 
-/// The last output and the last solution.
+/// The network's last output and the last solution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Recollection {
+pub(super) struct WarmStart {
     /// z by state.
     output: Vec<f64>,
     /// States, and a fingerprint of the features, when the network was asked.
@@ -34,25 +34,25 @@ pub(super) struct Recollection {
     per_step: f64,
 }
 
-impl Recollection {
-    /// What a fit on `site` leaves; `earlier` is what it began with if the network was not asked.
+impl WarmStart {
+    /// What a fit on `context` leaves; `earlier` is what it began with if the network was not asked.
     pub fn new(
-        site: &Site<'_>,
+        context: &FitContext<'_>,
         output: Vec<f64>,
         solution: &GroundedSolution,
         earlier: Option<&Self>,
     ) -> Self {
-        let terrain = site.terrain;
-        let goals = terrain.chain.num_goals();
-        let ratios = solution.v.iter().zip(&terrain.distances).enumerate();
+        let problem = context.problem;
+        let goals = problem.chain.num_goals();
+        let ratios = solution.v.iter().zip(&problem.distances).enumerate();
         let ratios: Vec<f64> = ratios
             .map(|(p, (v, d))| if p < goals { UNKNOWN } else { v / d })
             .collect();
-        let now = (site.adjacency.num_nodes(), fingerprint(site.features));
+        let now = (context.adjacency.num_nodes(), fingerprint(context.features));
         Self {
             output,
             asked_at: earlier.map_or(now, |earlier| earlier.asked_at),
-            ratios: terrain.chain.scatter(&ratios, UNKNOWN),
+            ratios: problem.chain.scatter(&ratios, UNKNOWN),
             per_step: solution.per_step,
         }
     }
@@ -69,9 +69,9 @@ impl Recollection {
         })
     }
 
-    /// What v should be about on a terrain of the same states and more.
-    pub fn guess(&self, terrain: &Terrain) -> Guess {
-        let places = terrain.chain.order().iter().zip(&terrain.distances);
+    /// What v should be about on a problem of the same states and more.
+    pub fn guess(&self, problem: &ShortestPathProblem) -> Guess {
+        let places = problem.chain.order().iter().zip(&problem.distances);
         let known = |state: u32| self.ratios.get(state as usize).copied().unwrap_or(UNKNOWN);
         Guess {
             v: places.map(|(&state, d)| known(state) * d).collect(),

@@ -1,6 +1,6 @@
-//! The source report's own potential: φ_i = Φ(X)_{i, rewarding}, the probability of the rewarding class (eq. 5).
+//! The source paper's own potential: φ_i = Φ(X)_{i, rewarding}, the probability of the rewarding class (eq. 5).
 //!
-//! The report's Algorithm 1 reads column 0 of Φ, which its section 4.1 defines as *non*-rewarding; here it is the
+//! The paper's Algorithm 1 reads column 0 of Φ, which its section 4.1 defines as *non*-rewarding; here it is the
 //! rewarding class. Labels come from the agent's trajectories: the state that ended one is rewarding or not, the
 //! start state is not. The rest of the graph is filled in by the smoothness loss (without it most nodes are free, and
 //! learning fails).
@@ -11,9 +11,9 @@
 //! the recipe as printed.
 
 use super::features::extended_features;
+use super::fit_context::{FitContext, GraphPotential};
 use super::network::Network;
 use super::params::ScaleMode;
-use super::site::{Site, SiteModel};
 use super::{PotentialFit, ShapingError};
 use crate::gcn::{Gcn, GcnParams, Propagation, fit_classifier};
 use crate::seeds::{Stream, stream};
@@ -24,7 +24,7 @@ const REWARDING: usize = 1;
 
 /// The `report` potential. Weights and moments stay from fit to fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ReportPotential {
+pub struct ClassProbabilityPotential {
     /// Network and optimiser.
     pub gcn: GcnParams,
     /// Units of φ.
@@ -35,7 +35,7 @@ pub struct ReportPotential {
     network: Option<Network>,
 }
 
-impl ReportPotential {
+impl ClassProbabilityPotential {
     /// A potential with untrained weights drawn from `seed`.
     pub fn new(gcn: GcnParams, scale: ScaleMode, scale_factor: f64, seed: u64) -> Self {
         Self {
@@ -58,13 +58,13 @@ impl ReportPotential {
     }
 }
 
-impl SiteModel for ReportPotential {
+impl GraphPotential for ClassProbabilityPotential {
     /// Without labels φ is 0.
-    fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
-        if site.labels.is_empty() {
-            return Ok(PotentialFit::flat(site.adjacency.num_nodes()));
+    fn fit_in(&mut self, context: &FitContext<'_>) -> Result<PotentialFit, ShapingError> {
+        if context.labels.is_empty() {
+            return Ok(PotentialFit::flat(context.adjacency.num_nodes()));
         }
-        let features = extended_features(site.features, site.adjacency);
+        let features = extended_features(context.features, context.adjacency);
         let untrained = self.untrained(features.ncols());
         let (network, _) = Network::prepare(
             &mut self.network,
@@ -72,13 +72,16 @@ impl SiteModel for ReportPotential {
             self.gcn.learning_rate,
             || untrained,
         );
-        let labels: Vec<(u32, usize)> =
-            site.labels.iter().map(|&(s, class)| (s.0, class)).collect();
-        let (probabilities, report) = fit_classifier(
+        let labels: Vec<(u32, usize)> = context
+            .labels
+            .iter()
+            .map(|&(s, class)| (s.0, class))
+            .collect();
+        let (probabilities, statistics) = fit_classifier(
             &mut network.gcn,
             &mut network.adam,
-            &Propagation::new(site.adjacency),
-            site.adjacency,
+            &Propagation::new(context.adjacency),
+            context.adjacency,
             features.as_ref(),
             &labels,
             &self.gcn,
@@ -90,13 +93,14 @@ impl SiteModel for ReportPotential {
             ScaleMode::Raw => rewarding,
             ScaleMode::Return => {
                 let unlikely: Vec<f64> = rewarding.iter().map(|p| -p).collect();
-                let chain = &site.terrain.chain;
-                site.terrain
+                let chain = &context.problem.chain;
+                context
+                    .problem
                     .potential(&chain.gather(&unlikely), self.scale_factor)
             }
         };
         Ok(PotentialFit {
-            fit: Some(report),
+            fit: Some(statistics),
             ..PotentialFit::checked(values)?
         })
     }

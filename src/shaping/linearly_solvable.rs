@@ -1,4 +1,4 @@
-//! A linearly solvable Markov decision problem (Todorov 2006) on the visited graph, solved in the log domain.
+//! A linearly solvable Markov decision process (Todorov 2006) on the visited graph, solved in the log domain.
 //!
 //! ```text
 //! u_i = e^{−q_i} Σ_j P_ij u_j,   u_g = e^{−v_g} on goals              linear in u
@@ -6,7 +6,8 @@
 //! ```
 //!
 //! q_i > 0 is the cost of a step from i. u shrinks by a constant factor per hop and underflows after some hundred
-//! hops, so v is what is stored: a Bellman equation with a soft minimum.
+//! hops, so v is what is stored: a Bellman equation with a soft minimum. With one goal u is, up to a factor, the goal's
+//! column of the default representation (diag(e^q) − P)⁻¹ of Piray & Daw 2021.
 //!
 //! **Maximum principle**: Σ_j P_ij e^{−v_j} is an average, hence v_i ≥ q_i + min_j v_j for *every* q, and φ = −v has a
 //! larger neighbour wherever there is no goal. A v with Bellman residual below min q keeps this property.
@@ -26,7 +27,7 @@
 //!
 //! [controlled walk]: super::controlled_walk
 
-use super::chain::Chain;
+use super::absorbing_chain::AbsorbingChain;
 use super::controlled_walk::ControlledWalk;
 use serde::{Deserialize, Serialize};
 
@@ -36,9 +37,9 @@ const SWEEPS_PER_STEP: usize = 40;
 /// Nats below the goals from which no further step leads back.
 const FAR_BELOW: f64 = 1e6;
 
-/// What a solve cost and how well it did. Not converging is a result, not an error.
+/// Cost and accuracy of a solve. Not converging is a result, not an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SolveReport {
+pub struct SolveStatistics {
     /// Newton steps.
     pub steps: usize,
     /// Sweeps over all states, in all steps together.
@@ -49,18 +50,18 @@ pub struct SolveReport {
     pub converged: bool,
 }
 
-/// The solver: the walk that belongs to the present v, and buffers, all by position.
+/// A linearly solvable process with its solver: the walk that belongs to the present v, and buffers, all by position.
 #[derive(Clone, Debug)]
-pub struct Diffusion<'c> {
+pub struct LinearlySolvableMdp<'c> {
     walk: ControlledWalk<'c>,
     softmin: Vec<f64>,
     residual: Vec<f64>,
     step: Vec<f64>,
 }
 
-impl<'c> Diffusion<'c> {
-    /// A solver on `chain`.
-    pub fn new(chain: &'c Chain) -> Self {
+impl<'c> LinearlySolvableMdp<'c> {
+    /// The process on `chain`.
+    pub fn new(chain: &'c AbsorbingChain) -> Self {
         let zeros = vec![0.0; chain.len()];
         Self {
             walk: ControlledWalk::new(chain),
@@ -80,7 +81,7 @@ impl<'c> Diffusion<'c> {
     ///
     /// # Panics
     /// If `q` has not one entry per position, or `v` not one per goal.
-    pub fn solve_cold(&mut self, q: &[f64], v: &mut Vec<f64>, tol: f64) -> SolveReport {
+    pub fn solve_cold(&mut self, q: &[f64], v: &mut Vec<f64>, tol: f64) -> SolveStatistics {
         let chain = self.walk.chain();
         assert_eq!(v.len(), chain.num_goals(), "one terminal cost per goal");
         assert_eq!(q.len(), chain.len(), "one cost per position");
@@ -106,7 +107,7 @@ impl<'c> Diffusion<'c> {
         q: &[f64],
         v: &mut Vec<f64>,
         tol: f64,
-    ) -> SolveReport {
+    ) -> SolveStatistics {
         let chain = self.walk.chain();
         assert_eq!(v.len(), chain.num_goals(), "one terminal cost per goal");
         assert_eq!(
@@ -123,7 +124,7 @@ impl<'c> Diffusion<'c> {
         }
         v.truncate(self.walk.chain().num_goals());
         let cold = self.solve_cold(q, v, tol);
-        SolveReport {
+        SolveStatistics {
             steps: near.steps + cold.steps,
             sweeps: near.sweeps + cold.sweeps,
             ..cold
@@ -138,20 +139,20 @@ impl<'c> Diffusion<'c> {
     ///
     /// # Panics
     /// If `q` or `v` has not one entry per position.
-    pub fn solve(&mut self, q: &[f64], v: &mut [f64], tol: f64) -> SolveReport {
-        let mut report = SolveReport::default();
+    pub fn solve(&mut self, q: &[f64], v: &mut [f64], tol: f64) -> SolveStatistics {
+        let mut statistics = SolveStatistics::default();
         loop {
             self.walk.update(v, &mut self.softmin);
-            report.residual = self.set_residual(q, v);
+            statistics.residual = self.set_residual(q, v);
             let drop = self.drop_below_goals(v);
-            report.converged = report.residual <= tol && drop <= 0.0;
-            let has_strayed = drop > FAR_BELOW || !report.residual.is_finite();
-            let hopeless = has_strayed || report.sweeps >= self.max_sweeps();
-            if report.converged || hopeless {
-                return report;
+            statistics.converged = statistics.residual <= tol && drop <= 0.0;
+            let has_strayed = drop > FAR_BELOW || !statistics.residual.is_finite();
+            let hopeless = has_strayed || statistics.sweeps >= self.max_sweeps();
+            if statistics.converged || hopeless {
+                return statistics;
             }
-            report.sweeps += self.newton_step(v, SWEEPS_PER_STEP);
-            report.steps += 1;
+            statistics.sweeps += self.newton_step(v, SWEEPS_PER_STEP);
+            statistics.steps += 1;
         }
     }
 
@@ -225,14 +226,14 @@ mod tests {
 
     const TOL: f64 = 1e-10;
 
-    fn solve(chain: &Chain, q: &[f64], terminal: &[f64]) -> (Vec<f64>, SolveReport) {
+    fn solve(chain: &AbsorbingChain, q: &[f64], terminal: &[f64]) -> (Vec<f64>, SolveStatistics) {
         let mut v = terminal.to_vec();
-        let report = Diffusion::new(chain).solve_cold(q, &mut v, TOL);
-        (v, report)
+        let statistics = LinearlySolvableMdp::new(chain).solve_cold(q, &mut v, TOL);
+        (v, statistics)
     }
 
     /// −ln of the solution of (I − e^{−q} P) u = e^{−q} P u_goals by dense LU.
-    fn dense(chain: &Chain, q: &[f64], terminal: &[f64]) -> Vec<f64> {
+    fn dense(chain: &AbsorbingChain, q: &[f64], terminal: &[f64]) -> Vec<f64> {
         let m = chain.len();
         let mut matrix = Mat::<f64>::identity(m, m);
         let mut right = Mat::<f64>::zeros(m, 1);
@@ -260,8 +261,11 @@ mod tests {
         let chain = chain(&path(20_000), &[0]);
         let rho = (-0.7_f64).exp();
         let r = (1.0 - (1.0 - rho * rho).sqrt()) / rho;
-        let (v, report) = solve(&chain, &vec![0.7; chain.len()], &[0.0]);
-        assert!(report.converged && report.sweeps <= 24, "{report:?}");
+        let (v, statistics) = solve(&chain, &vec![0.7; chain.len()], &[0.0]);
+        assert!(
+            statistics.converged && statistics.sweeps <= 24,
+            "{statistics:?}"
+        );
         for hops in [1, 10, 700, 15_000] {
             let expected = -r.ln() * hops as f64;
             assert!(
@@ -283,8 +287,8 @@ mod tests {
                 .map(|i| 0.1 + 0.3 * (i % 5) as f64)
                 .collect();
             let terminal: Vec<f64> = (0..goals.len()).map(|g| 2.5 * g as f64).collect();
-            let (v, report) = solve(&chain, &q, &terminal);
-            assert!(report.converged);
+            let (v, statistics) = solve(&chain, &q, &terminal);
+            assert!(statistics.converged);
             assert_close(&v, &dense(&chain, &q, &terminal), 1e-9);
         }
     }
@@ -309,8 +313,8 @@ mod tests {
             let chain = chain(&adjacency, &[0]);
             for cost in [1e-3, 0.1, 3.0] {
                 let q = vec![cost; chain.len()];
-                let (v, report) = solve(&chain, &q, &[0.0]);
-                assert!(report.converged, "cost {cost}: {report:?}");
+                let (v, statistics) = solve(&chain, &q, &[0.0]);
+                assert!(statistics.converged, "cost {cost}: {statistics:?}");
                 assert_close(&v, &dense(&chain, &q, &[0.0]), 1e-6);
             }
         }
@@ -338,8 +342,8 @@ mod tests {
         for guess in misleading {
             let guess: Vec<f64> = (0..chain.len()).map(guess).collect();
             let mut v = vec![0.0];
-            let report = Diffusion::new(&chain).solve_near(&guess, &q, &mut v, TOL);
-            assert!(report.converged, "{report:?}");
+            let statistics = LinearlySolvableMdp::new(&chain).solve_near(&guess, &q, &mut v, TOL);
+            assert!(statistics.converged, "{statistics:?}");
             assert_close(&v, &exact, 1e-6);
         }
     }
@@ -354,7 +358,7 @@ mod tests {
             .enumerate()
             .map(|(i, q)| q + 1e-4 * (i % 3) as f64)
             .collect();
-        let warm = Diffusion::new(&chain).solve(&nearby, &mut v, TOL);
+        let warm = LinearlySolvableMdp::new(&chain).solve(&nearby, &mut v, TOL);
         let (fresh, _) = solve(&chain, &nearby, &[0.0]);
         assert!(
             warm.converged && warm.sweeps < cold.sweeps,
@@ -370,16 +374,12 @@ mod tests {
         let q = vec![0.3; chain.len()];
         let mut v: Vec<f64> = (0..chain.len()).map(|i| (i as f64).sin()).collect();
         v[0] = 0.0;
-        let mut diffusion = Diffusion::new(&chain);
+        let mut mdp = LinearlySolvableMdp::new(&chain);
         let mut exact_step = |v: &mut Vec<f64>| {
-            diffusion.walk.update(v, &mut diffusion.softmin);
-            let residual = diffusion.set_residual(&q, v);
-            diffusion
-                .walk
-                .solve(&diffusion.residual, &mut diffusion.step, 1e-14, 1000);
-            v.iter_mut()
-                .zip(&diffusion.step)
-                .for_each(|(v, step)| *v += step);
+            mdp.walk.update(v, &mut mdp.softmin);
+            let residual = mdp.set_residual(&q, v);
+            mdp.walk.solve(&mdp.residual, &mut mdp.step, 1e-14, 1000);
+            v.iter_mut().zip(&mdp.step).for_each(|(v, step)| *v += step);
             residual
         };
         exact_step(&mut v);
@@ -399,8 +399,11 @@ mod tests {
     #[test]
     fn nan_is_a_result_that_has_not_converged() {
         let chain = chain(&path(5), &[0]);
-        let (v, report) = solve(&chain, &[0.7, 0.7, f64::NAN, 0.7, 0.7], &[0.0]);
-        assert!(!report.converged && report.residual.is_nan(), "{report:?}");
+        let (v, statistics) = solve(&chain, &[0.7, 0.7, f64::NAN, 0.7, 0.7], &[0.0]);
+        assert!(
+            !statistics.converged && statistics.residual.is_nan(),
+            "{statistics:?}"
+        );
         assert!(!v[4].is_finite());
     }
 
@@ -412,8 +415,8 @@ mod tests {
         ) {
             let chain = chain(&adjacency, &[0]);
             let q = &costs[..chain.len()];
-            let (v, report) = solve(&chain, q, &[0.0]);
-            prop_assert!(report.converged, "{:?}", report);
+            let (v, statistics) = solve(&chain, q, &[0.0]);
+            prop_assert!(statistics.converged, "{:?}", statistics);
             for (a, b) in v.iter().zip(dense(&chain, q, &[0.0])) {
                 prop_assert!((a - b).abs() < 1e-7, "{} against {}", a, b);
             }
