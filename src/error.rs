@@ -5,6 +5,7 @@ use crate::engine::PipelineError;
 use crate::export::ExportError;
 #[cfg(feature = "matrix-market")]
 use crate::graph::MatrixMarketError;
+use crate::parameter::ParameterError;
 #[cfg(feature = "cli")]
 use crate::runner::RunnerError;
 #[cfg(feature = "runner")]
@@ -16,6 +17,9 @@ use crate::spectral::SpectralError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A scenario was not accepted.
     #[cfg(feature = "runner")]
     #[error(transparent)]
@@ -60,6 +64,7 @@ impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
+            Error::Parameter(_) => true,
             #[cfg(feature = "runner")]
             Error::Scenario(_) => true,
             #[cfg(feature = "matrix-market")]
@@ -74,7 +79,7 @@ impl Error {
                 ShapingError::NoGoal
                     | ShapingError::GoalRange { .. }
                     | ShapingError::KindNeedsWorld { .. }
-                    | ShapingError::Parameter { .. }
+                    | ShapingError::Parameter(_)
             ),
             Error::Pipeline(_) => false,
         };
@@ -92,7 +97,7 @@ fn is_about_the_graph(error: &SpectralError) -> bool {
         SpectralError::Weight { .. }
             | SpectralError::Degree { .. }
             | SpectralError::Asymmetric { .. }
-            | SpectralError::Parameter { .. }
+            | SpectralError::Parameter(_)
             | SpectralError::TooManyPairs { .. }
     )
 }

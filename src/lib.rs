@@ -29,7 +29,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
-mod brief;
 pub mod engine;
 pub mod env;
 pub mod error;
@@ -43,6 +42,7 @@ pub mod graph;
 mod memory;
 #[cfg(feature = "cli")]
 mod npy;
+pub mod parameter;
 pub mod printable;
 #[cfg(feature = "cli")]
 pub mod report;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 /// Parts that any part may use.
 const COMMON: [&str; 7] = [
-    "brief",
     "memory",
     "npy",
+    "parameter",
     "printable",
     "seeds",
     "time_stamp",

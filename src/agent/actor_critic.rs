@@ -58,7 +58,7 @@
 //! step; advice is not clipped.
 
 use super::behaviour::Behaviour;
-use super::checks::{AgentError, check, check_gamma, check_rate};
+use super::checks::{AGENT, check_gamma, check_rate};
 use super::features::LinearFeatures;
 use super::greedy::{action, advised, first_best};
 use super::params::{Bootstrap, UpdateRule};
@@ -66,6 +66,7 @@ use super::policy::{clamp, sample, softmax};
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::{Action, LARGEST_RETURN};
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -110,14 +111,10 @@ impl ActorCriticParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let positive = |key, value: f64| {
-            check(
-                key,
-                value,
-                value > 0.0 && value <= LARGEST_RETURN,
-                "above 0 and at most 1e27",
-            )
+            let holds = value > 0.0 && value <= LARGEST_RETURN;
+            AGENT.number(key, value, holds, "above 0 and at most 1e27")
         };
         check_gamma(self.gamma)?;
         positive("actor_learning_rate", self.actor_learning_rate)?;

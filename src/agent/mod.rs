@@ -46,7 +46,7 @@ mod table;
 
 pub use actor_critic::{ActorCritic, ActorCriticParams};
 pub use any::{AnyAgent, build_agent};
-pub use checks::AgentError;
+pub(crate) use checks::check_gamma;
 pub use dyna_q::{DynaQ, DynaQParams};
 pub use features::{LinearFeatures, Tabular};
 pub use params::{AgentKind, AgentParams, Bootstrap, FeatureKind, UpdateRule};

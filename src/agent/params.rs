@@ -3,11 +3,12 @@
 //! Keys that the chosen kind does not use are ignored, so that one scenario can be run with several kinds side by
 //! side. A key left out takes the default of its kind; [`AgentParams::resolved`] writes those in.
 
-use super::checks::{AgentError, check_gamma};
+use super::checks::check_gamma;
 use super::{
     ActorCriticParams, DynaQParams, PlannerParams, PolicyIterationParams, QLearningParams,
     SarsaParams,
 };
+use crate::parameter::ParameterError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -150,7 +151,7 @@ impl AgentParams {
     ///
     /// # Errors
     /// The first key that breaks its rule.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         match self.kind {
             AgentKind::ActorCritic => self.actor_critic().validate(),
             AgentKind::QLearning => self.q_learning().validate(),
@@ -339,9 +340,8 @@ mod tests {
                 "evaluation_sweeps",
             ),
         ] {
-            let AgentError::OutOfRange { key: named, .. } =
-                parse(text).unwrap().validate().unwrap_err();
-            assert_eq!(named, key, "{text}");
+            let error = parse(text).unwrap().validate().unwrap_err();
+            assert_eq!((error.section, error.key), ("agent", key), "{text}");
         }
     }
 

@@ -23,8 +23,8 @@ pub mod stale;
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;
 
-use crate::brief::brief;
 use crate::env::LARGEST_RETURN;
+use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,26 +88,14 @@ impl Default for ExplorationParams {
     }
 }
 
-/// A parameter that breaks its rule.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("exploration.{key} = {}: {rule}", brief(*.value))]
-pub struct ExplorationParamsError {
-    /// The key in the `[exploration]` table.
-    pub key: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What it must be.
-    pub rule: &'static str,
-}
-
 impl ExplorationParams {
     /// Checks every rule.
     ///
     /// # Errors
     /// The first key that breaks its rule.
-    pub fn validate(&self) -> Result<(), ExplorationParamsError> {
-        let non_negative = "must be at least 0 and below 1e27";
-        let share = "must be at least 0 and below 1";
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let non_negative = "at least 0 and below 1e27";
+        let share = "at least 0 and below 1";
         let checks = [
             (
                 "frontier_advice",
@@ -126,9 +114,8 @@ impl ExplorationParams {
             ("reward_search_share", self.reward_search_share, 1.0, share),
         ];
         for (key, value, limit, rule) in checks {
-            if !(0.0..limit).contains(&value) {
-                return Err(ExplorationParamsError { key, value, rule });
-            }
+            let holds = (0.0..limit).contains(&value);
+            Section("exploration").number(key, value, holds, rule)?;
         }
         Ok(())
     }

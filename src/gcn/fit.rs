@@ -27,7 +27,7 @@ pub struct FitReport {
 /// O(epochs · (n · features · hidden + nnz · classes)); epochs do not allocate.
 ///
 /// # Errors
-/// [`GcnError::Param`] if `params` are out of range, [`GcnError::NotFinite`] if weights or features are not finite to begin with,
+/// [`GcnError::Parameter`] if `params` are out of range, [`GcnError::NotFinite`] if weights or features are not finite to begin with,
 /// [`GcnError::Diverged`] if the loss or the weights stop being so. The network and the optimiser are then as before the call.
 ///
 /// # Panics

@@ -69,8 +69,8 @@ pub use params::{PotentialKind, ScaleMode, ShapingParams};
 pub use potential::{PotentialTable, spurious_maxima};
 pub use shaper::RewardShaper;
 
-use crate::brief::brief;
 use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
+use crate::parameter::ParameterError;
 use faer::MatRef;
 
 /// A function of states that shapes the reward.
@@ -155,15 +155,8 @@ pub enum ShapingError {
         kind: PotentialKind,
     },
     /// A parameter outside its range.
-    #[error("shaping.{key} is {}: it must be {rule}", brief(*.value))]
-    Parameter {
-        /// Key inside `[shaping]`.
-        key: &'static str,
-        /// The value given.
-        value: f64,
-        /// What it must satisfy.
-        rule: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
 }
 
 /// One way to get φ: `gcn`, `report`, `heat`, `hops`, `oracle`, `none`.

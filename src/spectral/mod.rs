@@ -12,3 +12,16 @@ pub use eigentrail_spectra::{
     symmetric_eigen, track, with_fixed_signs,
 };
 pub use proto_value::ProtoValueFunctions;
+
+use crate::parameter::ParameterError;
+
+impl From<eigentrail_spectra::ParameterError> for ParameterError {
+    fn from(error: eigentrail_spectra::ParameterError) -> Self {
+        ParameterError {
+            section: "spectral",
+            key: error.name,
+            value: error.value,
+            rule: error.rule.into(),
+        }
+    }
+}

@@ -39,7 +39,7 @@ mod tracker;
 
 pub use dense::symmetric_eigen;
 pub use eigenpairs::{Convergence, Eigenpairs, LAMBDA_FLOOR};
-pub use error::SpectralError;
+pub use error::{ParameterError, SpectralError};
 pub use iteration::smallest_eigenpairs;
 pub use laplacian::Laplacian;
 pub use operator::SymmetricOperator;

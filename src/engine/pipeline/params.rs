@@ -1,11 +1,13 @@
 //! What a pipeline is told, and what it says of a step.
 
+use crate::agent::check_gamma;
 use crate::engine::record::RefreshRecord;
 use crate::engine::schedule::ScheduleParams;
 use crate::exploration::ExplorationParams;
 use crate::features::{DeepWalkParams, FeatureError};
 use crate::gcn::GcnParams;
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::shaping::{ShapingError, ShapingParams};
 use crate::spectral::SpectralParams;
 
@@ -40,6 +42,22 @@ impl Default for PipelineParams {
             schedule: ScheduleParams::default(),
             gamma: 1.0,
         }
+    }
+}
+
+impl PipelineParams {
+    /// Checks every part, and γ, whose key is that of the agent it is shared with.
+    ///
+    /// # Errors
+    /// The first parameter that breaks its rule.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        self.spectral.validate()?;
+        self.deepwalk.validate()?;
+        self.gcn.validate()?;
+        self.shaping.validate()?;
+        self.exploration.validate()?;
+        self.schedule.validate()?;
+        check_gamma(self.gamma)
     }
 }
 
@@ -88,4 +106,32 @@ pub struct Observed {
     pub lost_goal: bool,
     /// The spectrum or the potential was brought up to date.
     pub refresh: Option<Box<RefreshRecord>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broken_rule_of_any_part_is_found_and_named() {
+        assert_eq!(PipelineParams::default().validate(), Ok(()));
+        type Slip = fn(&mut PipelineParams);
+        let broken: [(&str, Slip); 9] = [
+            ("spectral.tol = 2", |p| p.spectral.tol = 2.0),
+            ("deepwalk.window = 0", |p| p.deepwalk.window = 0),
+            ("gcn.hidden_dim = 0", |p| p.gcn.hidden_dim = 0),
+            ("shaping.mix = NaN", |p| p.shaping.mix = f64::NAN),
+            ("exploration.bonus = -1", |p| p.exploration.bonus = -1.0),
+            ("schedule.refit_every = 0", |p| p.schedule.refit_every = 0),
+            ("agent.gamma = 1.5", |p| p.gamma = 1.5),
+            ("agent.gamma = -0.5", |p| p.gamma = -0.5),
+            ("agent.gamma = NaN", |p| p.gamma = f64::NAN),
+        ];
+        for (named, break_it) in broken {
+            let mut params = PipelineParams::default();
+            break_it(&mut params);
+            let error = params.validate().unwrap_err();
+            assert_eq!(format!("{} = {}", error.path(), error.value), named);
+        }
+    }
 }

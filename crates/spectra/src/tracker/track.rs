@@ -5,8 +5,8 @@
 
 use super::prefixes::prefix_sizes;
 use crate::{
-    Eigenpairs, GrowingEigensolver, LaplacianKind, Method, Route, SpectralError, SpectralParams,
-    SymmetricCsr,
+    Eigenpairs, GrowingEigensolver, LaplacianKind, Method, ParameterError, Route, SpectralError,
+    SpectralParams, SymmetricCsr,
 };
 use std::time::Instant;
 
@@ -227,8 +227,7 @@ impl TrackParams {
             return Err(SpectralError::TooManyPairs { k: self.k, n });
         }
         self.spectral().validate()?;
-        let refuse =
-            |name, value: String, rule| Err(SpectralError::Parameter { name, value, rule });
+        let refuse = |name, value: String, rule| Err(ParameterError { name, value, rule }.into());
         if !(self.growth > 0.0 && self.growth.is_finite()) {
             return refuse("growth", self.growth.to_string(), "above 0");
         }
