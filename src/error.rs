@@ -1,10 +1,14 @@
 //! Everything that can go wrong, and whose fault it is.
 
 use crate::engine::PipelineError;
+#[cfg(feature = "cli")]
 use crate::export::ExportError;
+#[cfg(feature = "matrix-market")]
 use crate::graph::MatrixMarketError;
 use crate::parameter::ParameterError;
+#[cfg(feature = "cli")]
 use crate::runner::RunnerError;
+#[cfg(feature = "runner")]
 use crate::scenario::ScenarioError;
 use crate::shaping::ShapingError;
 use crate::spectral::SpectralError;
@@ -17,15 +21,19 @@ pub enum Error {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A scenario was not accepted.
+    #[cfg(feature = "runner")]
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A graph file was not accepted.
+    #[cfg(feature = "matrix-market")]
     #[error(transparent)]
     MatrixMarket(#[from] MatrixMarketError),
     /// A file or folder around a run could not be used.
+    #[cfg(feature = "cli")]
     #[error(transparent)]
     Runner(#[from] RunnerError),
     /// A run could not be exported.
+    #[cfg(feature = "cli")]
     #[error(transparent)]
     Export(#[from] ExportError),
     /// A run could not go on.
@@ -56,8 +64,14 @@ impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
-            Error::Parameter(_) | Error::Scenario(_) | Error::MatrixMarket(_) => true,
+            Error::Parameter(_) => true,
+            #[cfg(feature = "runner")]
+            Error::Scenario(_) => true,
+            #[cfg(feature = "matrix-market")]
+            Error::MatrixMarket(_) => true,
+            #[cfg(feature = "cli")]
             Error::Runner(error) => error.is_bad_input(),
+            #[cfg(feature = "cli")]
             Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),
             Error::Shaping(error) => matches!(

@@ -11,9 +11,19 @@
 //! - [`exploration`]: what guides the agent before the first reward.
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
-//! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
-//! - [`serve`], [`export`]: a run in the browser while it goes on, and for other programs afterwards.
-//! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
+//! - `scenario`, `runner`, `report`: experiments as files, repeated over seeds, shown to people.
+//! - `serve`, `export`: a run in the browser while it goes on, and for other programs afterwards.
+//! - `telemetry`, `tensorboard`: what is said while they run, to programs and to TensorBoard.
+//!
+//! # Features
+//!
+//! | feature | brings | packages behind it, about |
+//! |---|---|---|
+//! | none (`default-features = false`) | everything down to `engine` | 90 |
+//! | `matrix-market` | `graph::matrix_market` | 110 |
+//! | `runner` | `scenario` | 110 |
+//! | `cli` (the default) | both of these, all other modules and the program | 175 |
+//! | `parquet` | `cli`, and Parquet among the formats of `export` | 200 |
 
 #![deny(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
@@ -23,20 +33,32 @@ pub mod engine;
 pub mod env;
 pub mod error;
 pub mod exploration;
+#[cfg(feature = "cli")]
 pub mod export;
 pub mod features;
 pub mod gcn;
 pub mod graph;
+#[cfg(feature = "matrix-market")]
 mod memory;
+#[cfg(feature = "cli")]
+mod npy;
 pub mod parameter;
 pub mod printable;
+#[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
 pub mod runner;
+#[cfg(feature = "runner")]
 pub mod scenario;
 pub mod seeds;
+#[cfg(feature = "cli")]
 pub mod serve;
 pub mod shaping;
 pub mod spectral;
+#[cfg(feature = "cli")]
 pub mod telemetry;
+#[cfg(feature = "cli")]
 pub mod tensorboard;
+#[cfg(feature = "cli")]
+mod time_stamp;
 mod vector_state;

@@ -18,6 +18,7 @@ use super::files::read_json;
 use super::lock::{FolderLock, LOCK_FILE};
 use super::temporary::is_temporary;
 use crate::scenario::Loaded;
+use crate::time_stamp;
 use serde_json::Value;
 use std::fs;
 use std::io;
@@ -115,7 +116,7 @@ impl RunFolder {
         let path = match out.map(Path::to_owned).or_else(earlier) {
             Some(path) if existing == Existing::Refuse => create(path)?,
             Some(path) => adopt(kind, path, &loaded.text)?,
-            None => create_unused(&all, &(time_stamp() + kind.suffix()))?,
+            None => create_unused(&all, &(time_stamp::for_file_name() + kind.suffix()))?,
         };
         let lock = FolderLock::take(&path).map_err(not_writable(&path))?;
         let Some(lock) = lock else {
@@ -167,13 +168,6 @@ pub fn is_run(path: &Path) -> bool {
 /// Whether `path` holds a comparison, or began to.
 pub fn is_comparison(path: &Path) -> bool {
     FolderKind::Comparison.is_at(path)
-}
-
-/// The present second in UTC, fit for a folder name.
-fn time_stamp() -> String {
-    jiff::Timestamp::now()
-        .strftime("%Y-%m-%dT%H-%M-%SZ")
-        .to_string()
 }
 
 fn not_writable(path: &Path) -> impl Fn(io::Error) -> RunnerError {

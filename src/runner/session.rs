@@ -95,7 +95,7 @@ pub fn run(
     }
     let folder = session.folder.seed(request.seed);
     let ran = run_seed(scenario, request.seed, &folder, watch);
-    info.ended = Some(jiff::Timestamp::now().to_string());
+    info.ended = Some(crate::time_stamp::now());
     info.status = match &ran {
         Ok(outcome) if outcome.result.finished => RunStatus::Finished,
         Ok(_) => RunStatus::Interrupted,
@@ -168,7 +168,7 @@ impl Session<'_> {
             arguments: request.arguments.clone(),
             seeds,
             status: RunStatus::Running,
-            started: jiff::Timestamp::now().to_string(),
+            started: crate::time_stamp::now(),
             ended: None,
         }
     }

@@ -23,7 +23,7 @@ impl Field<'_> {
                 .iter()
                 .map(|arm| (arm.name.clone(), arm.settings.clone()))
                 .collect(),
-            started: jiff::Timestamp::now().to_string(),
+            started: crate::time_stamp::now(),
         };
         write_json(&path, &about).map_err(RunnerError::write(&path))?;
         let path = self.folder.join("scenario.toml");
