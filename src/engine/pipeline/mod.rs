@@ -26,7 +26,7 @@ use crate::graph::{StateGraph, StateId, TransitionGraph};
 use crate::seeds::{self, Stream};
 use crate::shaping::{
     AbsorbingChain, AnyPotential, Potential, PotentialKind, PotentialTable, RewardShaper,
-    TransitionMatrix, build_potential, cost_to_go,
+    TransitionMatrix, build_potential,
 };
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
@@ -242,9 +242,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         let graph = self.graph.transitions();
         let goals: Vec<u32> = self.book.states().map(|goal| goal.0).collect();
         let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
-        let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
-        let order = cost_to_go(&transitions, &steps, &goals, &ends).order;
-        let chain = AbsorbingChain::new(&transitions, order, goals.len());
+        let chain = AbsorbingChain::by_hops(&transitions, &goals);
         let states = 0..graph.num_states() as u32;
         let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
         Ok(chain.spurious_maxima(&phi))
