@@ -106,3 +106,21 @@ fn take_in(run: &mut RecordedRun, moment: Moment) {
     seed.policy = moment.policy;
     seed.graph = moment.graph;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::tests::moment;
+
+    #[test]
+    fn a_desk_is_free_once_the_painter_has_rested() {
+        let desk = Desk::default();
+        assert!(desk.is_free());
+        desk.leave(moment(1));
+        assert!(!desk.is_free());
+        assert!(desk.take().is_some());
+        assert!(!desk.is_free(), "the painter has not rested yet");
+        desk.rest(Duration::ZERO);
+        assert!(desk.is_free());
+    }
+}

@@ -1,8 +1,6 @@
 //! Worlds keep the contract, and what is computed about them agrees with what is computed another way.
 
-#[path = "common/env_worlds.rs"]
-mod worlds;
-
+use crate::env_worlds::{grid_world, maps, random_mdp};
 use eigentrail::env::conformance::{Expectations, check_environment, check_model};
 use eigentrail::env::{
     Action, Cell, Direction, Doors, EdgeList, EdgeListGoal, EdgeListParams, EnvError, Environment,
@@ -15,7 +13,6 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
-use worlds::{grid_world, maps, random_mdp};
 
 /// 0.999 quantile of χ² with 2, and with 8, degrees of freedom.
 const CHI_SQUARE_2: f64 = 13.816;

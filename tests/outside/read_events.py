@@ -1,7 +1,7 @@
 """Reads the event file of a seed with TensorBoard's own reader and compares it with the tables beside it.
 
     pip install tensorboard
-    python tests/read_events.py runs/NAME/TIME/seed-0000
+    python tests/outside/read_events.py runs/NAME/TIME/seed-0000
 """
 
 import csv

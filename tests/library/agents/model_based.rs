@@ -1,6 +1,6 @@
 //! Planner, Dyna-Q and policy iteration: what knowing the model buys.
 
-use crate::world::{Numbering, Outcome, World, play};
+use super::world::{Numbering, Outcome, World, play};
 use eigentrail::agent::{
     Agent, AgentKind, AgentParams, AnyAgent, Planner, PlannerParams, PolicyIteration,
     PolicyIterationParams,

@@ -1,40 +1,11 @@
 //! A step among known states, without a refresh, allocates nothing: neither the pipeline nor the agent.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-#[path = "common/env_worlds.rs"]
-mod env_worlds;
-
+use crate::env_worlds::grid_world;
 use eigentrail::agent::{Agent, AgentParams, Experience, Situation, build_agent};
 use eigentrail::engine::{PipelineParams, ScheduleParams, ShapingPipeline};
 use eigentrail::env::{Environment, GridWorldParams, Landmark, Layout, StepStatus};
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
-use env_worlds::grid_world;
-use std::alloc::{GlobalAlloc, System};
-use std::cell::Cell;
-
-/// The system's allocator, counting what the present thread asks for.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-// SAFETY: hands everything on to the system's allocator; the counter is a plain cell of the thread.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: std::alloc::Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller vouches.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: std::alloc::Layout) {
-        // SAFETY: as the caller vouches.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use eigentrail_testing::allocations::allocations;
 
 /// Allocations of the steps that met nothing new, how many such steps there were, and allocations of the others.
 fn count(kind: ExplorationKind, episodes: usize) -> (u64, u64, u64) {
@@ -59,7 +30,7 @@ fn count(kind: ExplorationKind, episodes: usize) -> (u64, u64, u64) {
         let mut state = pipeline.begin_episode(&world.reset());
         loop {
             let known = pipeline.transitions().num_transitions();
-            let before = ALLOCATIONS.get();
+            let before = allocations();
             let action = agent.select_action(Situation {
                 state,
                 advice: pipeline.advice(),
@@ -77,7 +48,7 @@ fn count(kind: ExplorationKind, episodes: usize) -> (u64, u64, u64) {
                 },
                 status: step.status,
             });
-            let made = ALLOCATIONS.get() - before;
+            let made = allocations() - before;
             let is_steady =
                 seen.refresh.is_none() && pipeline.transitions().num_transitions() == known;
             if is_steady && episode >= episodes / 2 {

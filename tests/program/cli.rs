@@ -1,75 +1,15 @@
 //! The program from outside: what it accepts, what it refuses and how it says so, what it writes.
 
+use crate::program::{Program, path_graph, until};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
-
-/// The program, in an empty folder of its own.
-struct Program {
-    folder: TempDir,
-}
-
-impl Program {
-    fn new() -> Self {
-        Self {
-            folder: tempfile::tempdir().unwrap(),
-        }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// Writes a file and returns its name.
-    fn file<'n>(&self, name: &'n str, text: &str) -> &'n str {
-        fs::write(self.path(name), text).unwrap();
-        name
-    }
-
-    fn call(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_eigentrail"));
-        command
-            .current_dir(self.folder.path())
-            .env_remove("NO_COLOR")
-            .args(arguments);
-        command
-    }
-
-    /// Calls it and expects this exit code and these words on stderr, and nothing on stdout.
-    #[track_caller]
-    fn refuses(&self, arguments: &[&str], code: i32, words: &[&str]) {
-        let mut assert = self.call(arguments).assert().code(code).stdout("");
-        for word in words {
-            assert = assert.stderr(predicate::str::contains(*word));
-        }
-    }
-
-    /// Calls it, expects success, returns stdout.
-    #[track_caller]
-    fn prints(&self, arguments: &[&str]) -> String {
-        let output = self.call(arguments).assert().success().get_output().clone();
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    #[track_caller]
-    fn prints_json(&self, arguments: &[&str]) -> Value {
-        serde_json::from_str(&self.prints(arguments)).unwrap()
-    }
-}
+use std::path::Path;
 
 /// A run of a fraction of a second.
 const QUICK: &str =
     "[env]\nrows = 4\ncols = 4\n[spectral]\nnum_eigenpairs = 4\n[run]\nepisodes = 25\n";
-
-/// A path of `n` nodes.
-fn path_graph(n: usize) -> String {
-    let edges: String = (1..n).map(|i| format!("{} {i}\n", i + 1)).collect();
-    let count = n - 1;
-    format!("%%MatrixMarket matrix coordinate pattern symmetric\n{n} {n} {count}\n{edges}")
-}
 
 mod scenarios_refused {
     use super::*;
@@ -795,7 +735,7 @@ mod runs {
             env!("CARGO_BIN_EXE_eigentrail")
         );
         Command::new("bash")
-            .current_dir(program.folder.path())
+            .current_dir(program.folder())
             .args(["-c", &script])
             .assert()
             .code(1)
@@ -814,28 +754,22 @@ mod runs {
     #[test]
     fn ctrl_c_ends_a_run_with_its_files() {
         use std::process::{Command, Stdio};
-        use std::time::{Duration, Instant};
         let program = Program::new();
         let file = program.file(
             "long.toml",
             &QUICK.replace("episodes = 25", "episodes = 10000000"),
         );
         let mut child = Command::new(env!("CARGO_BIN_EXE_eigentrail"))
-            .current_dir(program.folder.path())
+            .current_dir(program.folder())
             .args(["run", file, "--out", "o", "--json"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let episodes = program.path("o/seed-0000/episodes.csv");
-        let begun = Instant::now();
-        while fs::metadata(&episodes).map_or(0, |m| m.len()) == 0 {
-            assert!(
-                begun.elapsed() < Duration::from_secs(60),
-                "no rows after a minute"
-            );
-            std::thread::sleep(Duration::from_millis(50));
-        }
+        until("rows come", || {
+            fs::metadata(&episodes).is_ok_and(|file| file.len() > 0)
+        });
         let interrupted = Command::new("kill")
             .args(["-INT", &child.id().to_string()])
             .status();

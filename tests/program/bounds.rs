@@ -1,66 +1,24 @@
 //! The program from outside: numbers, names and files that it was not made for. Each is refused in words, with the exit
 //! code that is documented, and never by a panic.
 
-use assert_cmd::Command;
-use predicates::prelude::*;
+use crate::program::Program;
 use std::fs;
 use std::path::PathBuf;
-use tempfile::TempDir;
-
-/// The program, in a folder of its own with a small scenario and a small graph.
-struct Program {
-    folder: TempDir,
-}
 
 const SCENARIO: &str = "[env]\nrows = 3\ncols = 3\n[run]\nepisodes = 3\n";
 const GRAPH: &str = "%%MatrixMarket matrix coordinate pattern symmetric\n3 3 2\n2 1\n3 2\n";
 
-impl Program {
-    fn new() -> Self {
-        let program = Self {
-            folder: tempfile::tempdir().unwrap(),
-        };
-        program.file("small.toml", SCENARIO);
-        program.file("path.mtx", GRAPH);
-        program
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn file(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).unwrap();
-    }
-
-    fn call(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_eigentrail"));
-        command
-            .current_dir(self.folder.path())
-            .env_remove("NO_COLOR")
-            .args(arguments);
-        command
-    }
-
-    /// Expects this exit code, these words on stderr, and nothing on stdout.
-    #[track_caller]
-    fn refuses(&self, arguments: &[&str], code: i32, words: &[&str]) {
-        let mut assert = self.call(arguments).assert().code(code).stdout("");
-        for word in words {
-            assert = assert.stderr(predicate::str::contains(*word));
-        }
-    }
-
-    #[track_caller]
-    fn does(&self, arguments: &[&str]) -> String {
-        let output = self.call(arguments).assert().success().get_output().clone();
-        String::from_utf8(output.stdout).unwrap()
-    }
+/// The program, beside a small scenario and a small graph.
+fn program() -> Program {
+    let program = Program::new();
+    program.file("small.toml", SCENARIO);
+    program.file("path.mtx", GRAPH);
+    program
 }
 
 #[test]
 fn sizes_have_limits_that_are_told() {
-    let program = Program::new();
+    let program = program();
     let huge = ["2147483648", "4294967296", "9223372036854775807"];
     let sizes: [(&str, &[&str], &str); 20] = [
         ("env.max_steps", &[], "at most 1000000000"),
@@ -114,20 +72,20 @@ fn sizes_have_limits_that_are_told() {
 
 #[test]
 fn more_pairs_than_states_are_as_many_as_states() {
-    let program = Program::new();
-    program.does(&[
+    let program = program();
+    program.prints(&[
         "check",
         "small.toml",
         "--set",
         "spectral.num_eigenpairs=65536",
     ]);
     let all = ["--set", "spectral.num_eigenpairs=65536", "--out", "o", "-q"];
-    program.does(&[&["run", "small.toml"], &all[..]].concat());
+    program.prints(&[&["run", "small.toml"], &all[..]].concat());
 }
 
 #[test]
 fn what_cannot_fit_into_memory_is_refused_before_the_work() {
-    let program = Program::new();
+    let program = program();
     // 4 · 10⁶ cells × 65 536 hidden units × 24 bytes are 6 terabytes.
     let large = [
         "--set",
@@ -161,7 +119,7 @@ fn what_cannot_fit_into_memory_is_refused_before_the_work() {
 
 #[test]
 fn counts_on_the_command_line_have_limits() {
-    let program = Program::new();
+    let program = program();
     for seeds in ["0..4294967296", "0..100000,100000..200000"] {
         program.refuses(
             &["compare", "small.toml", "--seeds", seeds],
@@ -189,7 +147,7 @@ const ORDERS: [char; 6] = ['\u{1b}', '\u{7}', '\u{9b}', '\u{7f}', '\u{202e}', '\
 
 #[test]
 fn files_cannot_give_orders_to_the_terminal() {
-    let program = Program::new();
+    let program = program();
     let evil: String = ORDERS.iter().map(|order| format!("x{order}[31m")).collect();
     program.file("head.mtx", &format!("{}\n1 1 0\n", evil.replace('\r', "")));
     program.file(
@@ -260,8 +218,8 @@ fn files_cannot_give_orders_to_the_terminal() {
 
 #[test]
 fn an_output_of_the_wrong_kind_is_refused_before_the_work() {
-    let program = Program::new();
-    program.does(&["run", "small.toml", "--out", "run", "-q"]);
+    let program = program();
+    program.prints(&["run", "small.toml", "--out", "run", "-q"]);
     fs::create_dir(program.path("folder")).unwrap();
     program.file("file", "");
     for arguments in [
@@ -304,7 +262,7 @@ fn an_output_of_the_wrong_kind_is_refused_before_the_work() {
 
 #[test]
 fn a_comparison_that_was_cut_short_is_told_with_its_file_and_field() {
-    let program = Program::new();
+    let program = program();
     let compare = [
         "compare",
         "small.toml",
@@ -316,7 +274,7 @@ fn a_comparison_that_was_cut_short_is_told_with_its_file_and_field() {
         "c",
         "-q",
     ];
-    program.does(&compare);
+    program.prints(&compare);
     let trial = program.path("c/arms/sparse/seed-0001.json");
     let numbers = program.path("c/compare.json");
     let cut = |path: &PathBuf, change: &dyn Fn(&mut serde_json::Value), words: &[&str]| {
@@ -359,13 +317,13 @@ fn a_comparison_that_was_cut_short_is_told_with_its_file_and_field() {
         &|value| clear(&mut value["timing"]),
         &["compare.json", "timing"],
     );
-    program.does(&["report", "c", "-o", "page.html"]);
+    program.prints(&["report", "c", "-o", "page.html"]);
     // Going on runs the trial again that is not whole.
     let text = fs::read_to_string(&trial).unwrap();
     let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
     all(&mut value);
     fs::write(&trial, value.to_string()).unwrap();
-    program.does(&[&compare[..], &["--resume"]].concat());
+    program.prints(&[&compare[..], &["--resume"]].concat());
     let course =
         |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap()["course"].clone();
     assert_eq!(course(&fs::read_to_string(&trial).unwrap()), course(&text));
@@ -381,8 +339,8 @@ mod unix {
 
     #[test]
     fn paths_need_not_be_unicode() {
-        let program = Program::new();
-        let odd = |name: &[u8]| program.folder.path().join(OsStr::from_bytes(name));
+        let program = program();
+        let odd = |name: &[u8]| program.folder().join(OsStr::from_bytes(name));
         let call = |arguments: &[&OsStr]| program.call(&[]).args(arguments).output().unwrap();
         let ends = |arguments: &[&OsStr], codes: &[i32]| {
             let output = call(arguments);
@@ -493,11 +451,11 @@ mod unix {
 
     #[test]
     fn quiet_does_not_hide_who_can_read_the_page() {
-        let program = Program::new();
+        let program = program();
         let binary = env!("CARGO_BIN_EXE_eigentrail");
         for quiet in ["-q", "-qq"] {
             let mut run = std::process::Command::new(binary)
-                .current_dir(program.folder.path())
+                .current_dir(program.folder())
                 .args([
                     "run",
                     "small.toml",

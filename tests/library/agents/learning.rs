@@ -1,6 +1,6 @@
 //! Whole runs: what is learnt, and that it repeats.
 
-use crate::world::{Numbering, Outcome, World, play};
+use super::world::{Numbering, Outcome, World, play};
 use eigentrail::agent::{
     Agent, AgentKind, AgentParams, AnyAgent, Bootstrap, Experience, QLearning, QLearningParams,
     Situation, UpdateRule,

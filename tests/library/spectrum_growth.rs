@@ -4,15 +4,12 @@
 //! graphs grow beyond 300 nodes, where the sparse route begins. Eigenvalues are compared as lists with
 //! repetitions, vectors through residuals and orthonormality.
 
-#[path = "common/graphs.rs"]
-mod graphs;
-
+use crate::graphs::{self, SymmetricCsr};
 use eigentrail::spectral::{
     Eigenpairs, GrowingEigensolver, Laplacian, LaplacianKind, SpectralParams, SymmetricOperator,
 };
 use eigentrail_testing::families::{FAMILIES, rng_of};
 use faer::Mat;
-use graphs::SymmetricCsr;
 use rand::RngExt;
 use rayon::prelude::*;
 

@@ -1,63 +1,18 @@
 //! Numbers from outside: what counts as near the best return, how large rewards may be, and that whatever is written can be
 //! read back.
 
-use assert_cmd::Command;
+use crate::program::Program;
 use predicates::prelude::*;
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use tempfile::TempDir;
 
-/// The program, in a folder of its own.
-struct Program {
-    folder: TempDir,
+/// What these tests ask besides.
+trait Results {
+    fn settings(&self, folder: &str, arm: &str) -> Vec<String>;
+    fn column(&self, name: &str, column: &str) -> Vec<f64>;
 }
 
-impl Program {
-    fn new() -> Self {
-        Self {
-            folder: tempfile::tempdir().unwrap(),
-        }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn file<'n>(&self, name: &'n str, text: &str) -> &'n str {
-        fs::write(self.path(name), text).unwrap();
-        name
-    }
-
-    fn call(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_eigentrail"));
-        command.current_dir(self.folder.path()).args(arguments);
-        command
-    }
-
-    #[track_caller]
-    fn prints(&self, arguments: &[&str]) -> String {
-        let output = self.call(arguments).assert().success().get_output().clone();
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    #[track_caller]
-    fn prints_json(&self, arguments: &[&str]) -> Value {
-        serde_json::from_str(&self.prints(arguments)).unwrap()
-    }
-
-    #[track_caller]
-    fn refuses(&self, arguments: &[&str], words: &[&str]) {
-        let mut assert = self.call(arguments).assert().code(3).stdout("");
-        for word in words {
-            assert = assert.stderr(predicate::str::contains(*word));
-        }
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
-    }
-
+impl Results for Program {
     /// The settings of an arm of the comparison in `folder`, as arguments.
     fn settings(&self, folder: &str, arm: &str) -> Vec<String> {
         let about = self.json(&format!("{folder}/arms.json"));
@@ -267,7 +222,7 @@ mod magnitudes {
                 "compare", file, "--seeds", "0..2", "--arms", "gcn", "--out", "o",
             ],
         ] {
-            program.refuses(&[command, sets].concat(), words);
+            program.refuses(&[command, sets].concat(), 3, words);
             assert!(!program.path("o").exists());
         }
     }

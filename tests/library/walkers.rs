@@ -1,16 +1,12 @@
 //! Several walkers on one model of the world, and errors in the middle of a step.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-#[path = "common/env_worlds.rs"]
-mod env_worlds;
-
+use crate::env_worlds::grid_world;
 use eigentrail::engine::{PipelineError, PipelineParams, ShapingPipeline, Walker, WorldModel};
 use eigentrail::env::{
     Action, Cell, Environment, GridWorld, GridWorldParams, Landmark, Layout, Step, StepStatus,
 };
 use eigentrail::graph::StateId;
 use eigentrail::shaping::Potential;
-use env_worlds::grid_world;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

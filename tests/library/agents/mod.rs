@@ -1,6 +1,5 @@
 //! The learners against numbers worked out by hand, value iteration, and one another.
 
-mod allocations;
 mod experiment;
 mod features;
 mod learning;

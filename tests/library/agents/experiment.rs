@@ -1,6 +1,6 @@
 //! Measurements rather than tests: run with `-- --ignored --nocapture`, best in release.
 
-use crate::world::{Numbering, World, play};
+use super::world::{Numbering, World, play};
 use eigentrail::agent::{
     ActorCritic, ActorCriticParams, Agent, AgentKind, AgentParams, AnyAgent, Bootstrap, Experience,
     Situation, Tabular, UpdateRule,

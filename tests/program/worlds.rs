@@ -1,34 +1,24 @@
 //! Worlds that are not what their author meant, from outside: what is refused, and what `check` says.
 
-use assert_cmd::Command;
+use crate::program::Program;
+use assert_cmd::assert::Assert;
 use predicates::prelude::*;
-use std::fs;
-use tempfile::TempDir;
 
 /// A scenario `x.toml` and an edge list `world.csv` in an empty folder, and what `check` says to them.
-struct Checked {
-    _folder: TempDir,
-    assert: assert_cmd::assert::Assert,
-}
+struct Checked(Assert);
 
 fn check(scenario: &str, edges: &str) -> Checked {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("x.toml"), scenario).unwrap();
-    fs::write(folder.path().join("world.csv"), edges).unwrap();
-    let assert = Command::new(env!("CARGO_BIN_EXE_eigentrail"))
-        .current_dir(folder.path())
-        .args(["check", "x.toml"])
-        .assert();
-    Checked {
-        _folder: folder,
-        assert,
-    }
+    let program = Program::new();
+    program.file("x.toml", scenario);
+    program.file("world.csv", edges);
+    let assert = program.call(&["check", "x.toml"]).assert();
+    Checked(assert)
 }
 
 impl Checked {
     #[track_caller]
     fn refuses(self, words: &[&str]) {
-        let mut assert = self.assert.code(3).stdout("");
+        let mut assert = self.0.code(3).stdout("");
         for word in words {
             assert = assert.stderr(predicate::str::contains(*word));
         }
@@ -37,7 +27,7 @@ impl Checked {
     /// Accepted, with this optimum and so many warnings, which have these words.
     #[track_caller]
     fn accepts(self, optimum: &str, warnings: usize, words: &[&str]) {
-        let assert = self.assert.code(0);
+        let assert = self.0.code(0);
         let output = assert.get_output();
         let (out, err) = (&output.stdout, &output.stderr);
         let (out, err) = (String::from_utf8_lossy(out), String::from_utf8_lossy(err));

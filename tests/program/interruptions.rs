@@ -3,13 +3,15 @@
 
 #![cfg(unix)]
 
+use crate::program::{Program, path_graph, until};
 use serde_json::Value;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tempfile::TempDir;
 
 const QUICK: &str = "name = \"quick\"\n[env]\nrows = 4\ncols = 4\n[spectral]\nnum_eigenpairs = 4\n[run]\nepisodes = 200\n";
@@ -17,37 +19,27 @@ const QUICK: &str = "name = \"quick\"\n[env]\nrows = 4\ncols = 4\n[spectral]\nnu
 /// With the exit code of each.
 const SIGNALS: [(&str, i32); 3] = [("INT", 130), ("TERM", 143), ("HUP", 129)];
 
-/// A folder to work in, and one for temporary files.
+/// The program, beside a short and a long scenario, and a folder for its temporary files.
 struct Place {
-    work: TempDir,
+    program: Program,
     temporary: TempDir,
+}
+
+impl std::ops::Deref for Place {
+    type Target = Program;
+
+    fn deref(&self) -> &Program {
+        &self.program
+    }
 }
 
 impl Place {
     fn new() -> Self {
-        let place = Self {
-            work: tempfile::tempdir().unwrap(),
-            temporary: tempfile::tempdir().unwrap(),
-        };
-        place.file("quick.toml", QUICK);
-        place.file("long.toml", &QUICK.replace("200", "10000000"));
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.work.path().join(name)
-    }
-
-    fn file(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).unwrap();
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.text(name)).unwrap()
+        let program = Program::new();
+        program.file("quick.toml", QUICK);
+        program.file("long.toml", &QUICK.replace("200", "10000000"));
+        let temporary = tempfile::tempdir().unwrap();
+        Self { program, temporary }
     }
 
     /// The program as `bash` calls it, with what the shell does to its outputs.
@@ -66,7 +58,7 @@ impl Place {
 
     fn at_home(&self, mut command: Command) -> Command {
         command
-            .current_dir(self.work.path())
+            .current_dir(self.folder())
             .env("TMPDIR", self.temporary.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -89,7 +81,7 @@ impl Place {
     /// Nothing in TMPDIR, and no temporary file and no lock where the program writes.
     #[track_caller]
     fn is_tidy(&self) {
-        for folder in [self.temporary.path(), self.work.path()] {
+        for folder in [self.temporary.path(), self.folder()] {
             for path in files_below(folder) {
                 let name = path.file_name().unwrap().to_str().unwrap();
                 assert!(!name.starts_with('.'), "{} stayed", path.display());
@@ -130,16 +122,6 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     results
 }
 
-/// Waits until it is so.
-#[track_caller]
-fn until(what: &str, so: impl Fn() -> bool) {
-    let begun = Instant::now();
-    while !so() {
-        assert!(begun.elapsed() < Duration::from_secs(120), "never: {what}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
 fn is_filled(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|file| file.len() > 0)
 }
@@ -147,13 +129,6 @@ fn is_filled(path: &Path) -> bool {
 fn send(child: &Child, signal: &str) {
     let kill = ["-s", signal, &child.id().to_string()];
     assert!(Command::new("kill").args(kill).status().unwrap().success());
-}
-
-/// A path of `n` nodes.
-fn path_graph(n: usize) -> String {
-    let edges: String = (1..n).map(|i| format!("{} {i}\n", i + 1)).collect();
-    let count = n - 1;
-    format!("%%MatrixMarket matrix coordinate pattern symmetric\n{n} {n} {count}\n{edges}")
 }
 
 mod signals {
@@ -227,7 +202,7 @@ mod signals {
                 .unwrap()
                 .success()
         );
-        let mut child = place.spawn("run long.toml --out o --no-report --trace pipe");
+        let child = place.spawn("run long.toml --out o --no-report --trace pipe");
         let _hold = fs::File::open(&pipe).unwrap();
         let rows = place.path("o/seed-0000/episodes.csv");
         until("rows", || is_filled(&rows));
@@ -236,12 +211,13 @@ mod signals {
             place.json("o/run.json")["status"] == "interrupted"
         });
         until("a summary", || place.path("o/summary.json").exists());
-        let begun = Instant::now();
-        while child.try_wait().unwrap().is_none() {
-            assert!(begun.elapsed() < Duration::from_secs(60), "it waits");
-            std::thread::sleep(Duration::from_millis(100));
-            send(&child, "TERM");
-        }
+        // Until it dies of one, as a signal that comes before the first has been dealt with is none.
+        let child = RefCell::new(child);
+        until("an end by the second", || {
+            send(&child.borrow(), "TERM");
+            child.borrow_mut().try_wait().unwrap().is_some()
+        });
+        let mut child = child.into_inner();
         assert_eq!(child.wait().unwrap().code(), Some(143));
         place.is_tidy();
     }

@@ -5,37 +5,12 @@ use eigentrail::agent::{
 };
 use eigentrail::env::StepStatus;
 use eigentrail::graph::StateId;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// The system's allocator, counting what the present thread asks for.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-// SAFETY: hands everything on to the system's allocator; the counter is a plain cell of the thread.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller vouches.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller vouches.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use eigentrail_testing::allocations::allocations as so_far;
 
 /// Goes round ten states `steps` times; how many allocations that took.
 fn allocations(agent: &mut AnyAgent, steps: u32) -> u64 {
     let advice = [0.0, 0.1, 0.2];
-    let before = ALLOCATIONS.get();
+    let before = so_far();
     for step in 0..steps {
         let state = StateId(step % 10);
         let action = agent.select_action(Situation {
@@ -60,7 +35,7 @@ fn allocations(agent: &mut AnyAgent, steps: u32) -> u64 {
             status,
         });
     }
-    ALLOCATIONS.get() - before
+    so_far() - before
 }
 
 #[test]

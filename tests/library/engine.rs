@@ -1,9 +1,6 @@
 //! The loop, and the pipeline without the loop.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-#[path = "common/env_worlds.rs"]
-mod env_worlds;
-
+use crate::env_worlds::grid_world;
 use eigentrail::agent::{
     Agent, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation, UpdateInfo,
     build_agent,
@@ -18,7 +15,6 @@ use eigentrail::env::{
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
 use eigentrail::graph::StateId;
 use eigentrail::shaping::{Potential, PotentialKind, ShapingParams};
-use env_worlds::grid_world;
 
 fn open(side: usize) -> GridWorld {
     let layout = Layout::open(side, side)

@@ -1,26 +1,9 @@
 //! Exports of a run, read back by readers that know nothing of their writers.
 
-use assert_cmd::Command;
+use crate::runs::{eigentrail, two_seeds};
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
-use std::process::Command as Process;
-
-fn eigentrail() -> Command {
-    Command::cargo_bin("eigentrail").unwrap()
-}
-
-/// Two seeds of a short run.
-fn run(folder: &Path) {
-    for seed in ["0", "3"] {
-        eigentrail()
-            .current_dir(folder)
-            .args(["run", "four_rooms", "-q", "--no-report", "--resume"])
-            .args(["--set", "run.episodes=30", "--out", "run", "--seed", seed])
-            .assert()
-            .success();
-    }
-}
 
 /// Calls `export` in `folder`; exit code, stdout, stderr.
 fn export(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
@@ -51,7 +34,7 @@ fn columns(path: &Path) -> HashMap<String, Vec<String>> {
 #[test]
 fn tables_hold_every_seed() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
+    two_seeds(folder.path());
     let (code, out, _) = export(folder.path(), &["run", "--to", "csv", "-o", "out"]);
     assert_eq!((code, out.lines().count()), (0, 4));
     let read = |name: &str| columns(&folder.path().join(name));
@@ -89,7 +72,7 @@ fn tables_hold_every_seed() {
 #[test]
 fn arrays_are_a_stored_archive_of_npy_files() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
+    two_seeds(folder.path());
     let (code, ..) = export(folder.path(), &["run", "--to", "npz", "-o", "a.npz"]);
     assert_eq!(code, 0);
     let bytes = fs::read(folder.path().join("a.npz")).unwrap();
@@ -118,7 +101,7 @@ fn arrays_are_a_stored_archive_of_npy_files() {
 #[test]
 fn graphs_are_those_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
+    two_seeds(folder.path());
     let seed = "run/seed-0003";
     let rows = |name: &str| {
         let text = fs::read_to_string(folder.path().join(seed).join(name)).unwrap();
@@ -138,7 +121,7 @@ fn graphs_are_those_of_the_run() {
 #[test]
 fn nothing_is_overwritten_without_a_word() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
+    two_seeds(folder.path());
     fs::write(folder.path().join("mine"), "years of work").unwrap();
     let refused = |arguments: &[&str], word: &str| {
         let (code, out, err) = export(folder.path(), arguments);
@@ -172,41 +155,9 @@ fn nothing_is_overwritten_without_a_word() {
 #[test]
 fn without_parquet_the_message_says_how_to_get_it() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
+    two_seeds(folder.path());
     let (code, _, err) = export(folder.path(), &["run", "--to", "parquet"]);
     assert_eq!(code, 3);
     assert!(err.contains("--features parquet"), "{err}");
     assert!(!folder.path().join("export").exists());
-}
-
-/// pandas, DuckDB and networkx, where they are installed: `EIGENTRAIL_PYTHON` names a Python that has them.
-#[test]
-fn other_programs_read_the_exports() {
-    let python = std::env::var("EIGENTRAIL_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let imports = "import duckdb, networkx, numpy, pandas, pyarrow";
-    let has = Process::new(&python).args(["-c", imports]).output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: {python} lacks one of duckdb, networkx, numpy, pandas, pyarrow");
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    run(folder.path());
-    let mut formats = vec![("csv", "csv"), ("npz", "run.npz")];
-    if cfg!(feature = "parquet") {
-        formats.push(("parquet", "parquet"));
-    }
-    for (format, out) in formats {
-        assert_eq!(
-            export(folder.path(), &["run", "--to", format, "-o", out]).0,
-            0
-        );
-    }
-    export(folder.path(), &["run/seed-0000", "--to", "graphml"]);
-    let output = Process::new(python)
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/read_export.py"))
-        .arg(folder.path())
-        .output()
-        .unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
 }

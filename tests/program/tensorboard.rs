@@ -1,22 +1,7 @@
-//! The event file of a run, read by two readers that know nothing of its writer: a small one here, and TensorBoard's.
+//! The event file of a run, read by a small reader that knows nothing of its writer; tests/outside has TensorBoard's.
 
-use assert_cmd::Command;
+use crate::runs::{eigentrail, event_file};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::Command as Process;
-
-/// A short run and its event file.
-fn event_file(folder: &Path) -> PathBuf {
-    let run = folder.join("run");
-    Command::cargo_bin("eigentrail")
-        .unwrap()
-        .args(["run", "four_rooms", "-q", "--no-report"])
-        .args(["--set", "run.episodes=60", "--out"])
-        .arg(&run)
-        .assert()
-        .success();
-    run.join("seed-0000/events.out.tfevents.0.eigentrail")
-}
 
 /// CRC-32C bit by bit, from its definition.
 fn crc32c(data: &[u8]) -> u32 {
@@ -232,7 +217,7 @@ fn histograms_count_every_state_and_pictures_are_png() {
     let size = &bytes.bytes()[16..24]; // width and height in the header chunk
     for (field, range) in [(2, 0..4), (1, 4..8)] {
         let written = u32::from_be_bytes(size[range].try_into().unwrap());
-        assert_eq!(only(image.bytes(), field).number(), written.into());
+        assert_eq!(only(image.bytes(), field).number(), u64::from(written));
     }
     assert!(bytes.bytes().starts_with(b"\x89PNG\r\n\x1a\n"));
 }
@@ -252,8 +237,7 @@ fn equal_runs_differ_in_the_clock_only() {
 #[test]
 fn the_file_can_be_switched_off() {
     let folder = tempfile::tempdir().unwrap();
-    Command::cargo_bin("eigentrail")
-        .unwrap()
+    eigentrail()
         .args(["run", "smoke", "-q", "--no-report", "--no-tensorboard"])
         .arg("--out")
         .arg(folder.path().join("run"))
@@ -264,30 +248,5 @@ fn the_file_can_be_switched_off() {
         files
             .map(|file| file.unwrap().file_name())
             .all(|name| !name.to_string_lossy().contains("tfevents"))
-    );
-}
-
-/// TensorBoard's own reader, where it is installed: `EIGENTRAIL_PYTHON` names a Python that has it.
-#[test]
-fn tensorboard_reads_every_kind_of_value() {
-    let python = std::env::var("EIGENTRAIL_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let has = Process::new(&python)
-        .args(["-c", "import tensorboard"])
-        .output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: {python} has no tensorboard (pip install tensorboard)");
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let path = event_file(folder.path());
-    let output = Process::new(python)
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/read_events.py"))
-        .arg(path.parent().unwrap())
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
     );
 }

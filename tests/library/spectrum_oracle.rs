@@ -3,15 +3,12 @@
 //! Eigenvalues are compared as multisets, vectors through residuals and orthonormality; never one
 //! vector with another, which within an eigenspace means nothing.
 
-#[path = "common/graphs.rs"]
-mod graphs;
-
+use crate::graphs::{self, SymmetricCsr};
 use eigentrail::spectral::{
     Eigenpairs, GrowingEigensolver, Laplacian, LaplacianKind, Method, SpectralError,
     SpectralParams, SymmetricOperator, TrackParams, track,
 };
 use faer::Mat;
-use graphs::SymmetricCsr;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
