@@ -1,5 +1,6 @@
 //! Everything that can go wrong, and whose fault it is.
 
+use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
 use crate::export::ExportError;
 use crate::graph::MatrixMarketError;
@@ -18,9 +19,12 @@ pub enum Error {
     /// A graph file was not accepted.
     #[error(transparent)]
     MatrixMarket(#[from] MatrixMarketError),
-    /// A file or folder around a run could not be used.
+    /// A file or folder of a run could not be used.
     #[error(transparent)]
-    Runner(#[from] RunnerError),
+    Archive(#[from] ArchiveError),
+    /// What was asked of the runner cannot be.
+    #[error(transparent)]
+    Runner(RunnerError),
     /// A run could not be exported.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -48,12 +52,28 @@ pub enum ErrorKind {
     Failed,
 }
 
+/// An error of another part that only passed through the runner is that part's own.
+impl From<RunnerError> for Error {
+    fn from(error: RunnerError) -> Self {
+        match error {
+            RunnerError::Archive(error) => error.into(),
+            RunnerError::Scenario(error) => error.into(),
+            RunnerError::Pipeline(error) => error.into(),
+            RunnerError::Spectral(error) => error.into(),
+            RunnerError::Shaping(error) => error.into(),
+            RunnerError::UnknownArm { .. } | RunnerError::TooMuchMemory { .. } => {
+                Error::Runner(error)
+            }
+        }
+    }
+}
+
 impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
-            Error::Scenario(_) | Error::MatrixMarket(_) => true,
-            Error::Runner(error) => error.is_bad_input(),
+            Error::Scenario(_) | Error::MatrixMarket(_) | Error::Runner(_) => true,
+            Error::Archive(error) => error.is_bad_input(),
             Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),
             Error::Shaping(error) => matches!(

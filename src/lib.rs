@@ -11,7 +11,9 @@
 //! - [`exploration`]: what guides the agent before the first reward.
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
-//! - [`scenario`], [`runner`], [`report`]: experiments as files, repeated over seeds, shown to people.
+//! - [`scenario`], [`runner`]: experiments as files, repeated over seeds and arms.
+//! - [`archive`], [`statistics`]: what they leave on disk, and in a few numbers.
+//! - [`report`]: what people look at.
 //! - [`serve`], [`export`]: a run in the browser while it goes on, and for other programs afterwards.
 //! - [`telemetry`], [`tensorboard`]: what is said while they run, to programs and to TensorBoard.
 
@@ -19,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
+pub mod archive;
 mod brief;
 pub mod engine;
 pub mod env;
@@ -37,6 +40,7 @@ pub mod seeds;
 pub mod serve;
 pub mod shaping;
 pub mod spectral;
+pub mod statistics;
 pub mod telemetry;
 pub mod tensorboard;
 mod vector_state;

@@ -1,12 +1,12 @@
 //! A run as a page in the browser, while it goes on.
 //!
 //! ```text
-//! run ──moment──▶ desk ──drawing──▶ board ──▶ one thread per browser, which writes the newest drawing it has not sent
+//! run ──update──▶ desk ──drawing──▶ board ──▶ one thread per browser, which writes the newest drawing it has not sent
 //! ```
 //!
-//! - The run leaves a [`Moment`] on the desk, and only when it is asked for one: somebody is looking, the one before has
+//! - The run's observer, [`LiveView`], leaves an update on the desk, and only when it is asked for one: somebody is looking, the one before has
 //!   been drawn, and leaving them does not take more than a hundredth of the time. It never waits.
-//! - One thread turns moments into the object that the page is drawn from.
+//! - One thread turns updates into the object that the page is drawn from.
 //! - A browser that is slow misses drawings. It has a few seconds for its whole request and for each whole drawing,
 //!   however it spreads them, and is dropped after that. Nothing is queued.
 //! - `GET /` is the page, `GET /events` the drawings as
@@ -27,12 +27,15 @@ mod board;
 mod browser;
 mod hasty;
 mod http;
+mod live_view;
 mod painter;
 
-use crate::runner::{Follower, Moment};
+pub use live_view::LiveView;
+
 use crate::scenario::Scenario;
 use board::Board;
 use browser::{Browsers, Patience};
+use live_view::LiveUpdate;
 use painter::Desk;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
@@ -43,7 +46,7 @@ use std::time::Duration;
 /// How long browsers are given to take the last drawing.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// What the page says about the run beside its numbers.
+/// Head of the page: what it says about the run beside its numbers.
 #[derive(Clone, Debug)]
 pub struct Title {
     /// The run.
@@ -54,7 +57,7 @@ pub struct Title {
     pub arguments: Vec<String>,
 }
 
-/// A running server. Dropping it ends it.
+/// Server of the live page. Dropping it ends it.
 pub struct Server {
     address: SocketAddr,
     desk: Arc<Desk>,
@@ -101,15 +104,15 @@ impl Server {
     pub fn num_browsers(&self) -> usize {
         self.browsers.count()
     }
-}
 
-impl Follower for Server {
+    /// Whether to show how things stand: somebody is looking, and the update before has been drawn.
     fn wants(&self) -> bool {
         self.board.is_looked_at() && self.desk.is_free()
     }
 
-    fn show(&self, moment: Moment) {
-        self.desk.leave(moment);
+    /// Shows how things stand, as soon as the painter gets to it.
+    fn show(&self, update: LiveUpdate) {
+        self.desk.leave(update);
     }
 }
 

@@ -1,0 +1,119 @@
+//! The observer of a run behind the live page.
+
+use super::Server;
+use crate::archive::{
+    ArchiveError, BoundedEpisodes, EpisodeRow, GraphRow, PolicyRow, RefreshRow, SeedResult,
+    SeedTiming, Snapshot,
+};
+use crate::runner::{Episode, Refresh, RunObserver, RunState, Snapshots};
+use crate::statistics::Thinning;
+use std::time::{Duration, Instant};
+
+/// State of a run as the live page shows it: its history in a bounded number of rows, and the present of everything else.
+#[derive(Clone, Debug)]
+pub(super) struct LiveUpdate {
+    /// The run so far.
+    pub result: SeedResult,
+    /// What the clock says.
+    pub timing: SeedTiming,
+    /// Its episodes, later ones several in a row.
+    pub episodes: Vec<EpisodeRow>,
+    /// Its refreshes, of later ones only some, but the last fit in any case.
+    pub refreshes: Vec<RefreshRow>,
+    /// Frames of the whole run, the present one last.
+    pub snapshots: Vec<Snapshot>,
+    /// Place (`row,col`) or name of each state.
+    pub labels: Vec<String>,
+    /// Visits and best action of each state.
+    pub policy: Vec<PolicyRow>,
+    /// What was seen.
+    pub graph: Vec<GraphRow>,
+}
+
+/// The run may spend one part in so many on telling.
+const SHARE: u32 = 100;
+
+/// Episodes that have a row each; of more, several share one.
+const EPISODES: usize = 1000;
+
+/// Refreshes that are all kept; of more, ever fewer.
+const REFRESHES: u64 = 1000;
+
+/// Observer of one seed that keeps a server up to date, in bounded memory however long the run.
+pub struct LiveView<'a> {
+    server: &'a Server,
+    episodes: BoundedEpisodes,
+    refreshes: Vec<RefreshRow>,
+    thinning: Thinning,
+    /// The last fit, if it is not among the refreshes that are kept.
+    last_fit: Option<RefreshRow>,
+    snapshots: Snapshots,
+    not_before: Instant,
+}
+
+impl<'a> LiveView<'a> {
+    /// One that has seen nothing yet.
+    pub fn new(server: &'a Server) -> Self {
+        Self {
+            server,
+            episodes: BoundedEpisodes::new(EPISODES),
+            refreshes: Vec::new(),
+            thinning: Thinning::new(REFRESHES),
+            last_fit: None,
+            snapshots: Snapshots::default(),
+            not_before: Instant::now(),
+        }
+    }
+
+    /// Shows how things stand.
+    fn show(&mut self, run: &dyn RunState) {
+        let begun = Instant::now();
+        let known = run.knowledge();
+        let refreshes = self.refreshes.iter().chain(&self.last_fit);
+        self.server.show(LiveUpdate {
+            result: run.result(),
+            timing: run.timing(),
+            episodes: self.episodes.rows().to_vec(),
+            refreshes: refreshes.cloned().collect(),
+            snapshots: self.snapshots.up_to_now(run.steps(), &known),
+            labels: known.labels(),
+            policy: run.policy(),
+            graph: known.graph_rows().collect(),
+        });
+        let cost = begun.elapsed().max(Duration::from_micros(100));
+        self.not_before = Instant::now() + cost * SHARE;
+    }
+}
+
+impl RunObserver for LiveView<'_> {
+    fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
+        self.snapshots
+            .refreshed(refresh.record.step, &refresh.knowledge);
+        let row = refresh.row();
+        let keeps = self.thinning.keeps();
+        if row.fitted {
+            self.last_fit = (!keeps).then(|| row.clone());
+        }
+        if keeps {
+            self.refreshes.push(row);
+        }
+        Ok(())
+    }
+
+    fn episode_ended(
+        &mut self,
+        episode: &Episode<'_>,
+        run: &dyn RunState,
+    ) -> Result<(), ArchiveError> {
+        self.episodes.push(episode.row());
+        if self.server.wants() && Instant::now() >= self.not_before {
+            self.show(run);
+        }
+        Ok(())
+    }
+
+    fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
+        self.show(run);
+        Ok(())
+    }
+}
