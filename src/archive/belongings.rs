@@ -1,6 +1,6 @@
 //! What a run or a comparison leaves in its folder, by name: the rest belongs to somebody else.
 
-use super::folder::FolderKind;
+use super::folder_kind::FolderKind;
 use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
 use std::fs;

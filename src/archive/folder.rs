@@ -14,18 +14,17 @@
 
 use super::belongings::{Extent, clear};
 use super::error::ArchiveError;
-use super::files::read_json;
+use super::folder_kind::FolderKind;
 use super::lock::{FolderLock, LOCK_FILE};
 use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
 use crate::scenario::Loaded;
-use serde_json::Value;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What to do with a folder that exists.
+/// Choice of what to do with a folder that exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse it.
@@ -37,46 +36,7 @@ pub enum Existing {
     Replace,
 }
 
-/// What a folder holds, told by the file that is written to it first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FolderKind {
-    /// Seeds of one scenario.
-    #[default]
-    Run,
-    /// Arms × seeds of one scenario, in `runs/NAME/TIME-compare`.
-    Comparison,
-}
-
-impl FolderKind {
-    /// The file that tells.
-    pub fn marker(self) -> &'static str {
-        match self {
-            FolderKind::Run => names::RUN,
-            FolderKind::Comparison => names::ARMS,
-        }
-    }
-
-    fn suffix(self) -> &'static str {
-        match self {
-            FolderKind::Run => "",
-            FolderKind::Comparison => "-compare",
-        }
-    }
-
-    /// Whether such a thing was written to `path`.
-    fn is_at(self, path: &Path) -> bool {
-        path.join(self.marker()).is_file()
-    }
-
-    /// Whether it was written by this program: others have files of such names, too.
-    fn is_ours_at(self, path: &Path) -> bool {
-        let about: io::Result<Value> = read_json(&path.join(self.marker()));
-        let program = about.as_ref().ok().and_then(|v| v["program"].as_str());
-        program.is_some_and(|name| name.starts_with("eigentrail "))
-    }
-}
-
-/// An existing, writable folder of a run, with the right to write to it.
+/// Existing, writable folder of a run or a comparison, with the right to write to it.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -153,16 +113,6 @@ impl RunFolder {
     pub fn seed(&self, seed: u64) -> PathBuf {
         self.path.join(seed_folder_name(seed))
     }
-}
-
-/// Whether a run was written to `path`.
-pub fn is_run(path: &Path) -> bool {
-    FolderKind::Run.is_at(path)
-}
-
-/// Whether `path` holds a comparison, or began to.
-pub fn is_comparison(path: &Path) -> bool {
-    FolderKind::Comparison.is_at(path)
 }
 
 /// The present second in UTC, fit for a folder name.

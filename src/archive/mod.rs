@@ -16,6 +16,7 @@ mod comparison_files;
 mod error;
 pub mod files;
 mod folder;
+mod folder_kind;
 mod graph_files;
 mod lock;
 pub mod names;
@@ -36,7 +37,8 @@ pub use comparison::{
 };
 pub use comparison_files::{Compared, TrialsByArm, begin_arm, begin_comparison, write_comparison};
 pub use error::ArchiveError;
-pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run};
+pub use folder::{Existing, RunFolder};
+pub use folder_kind::{FolderKind, is_comparison, is_run};
 pub use graph_files::{write_graph, write_policy};
 pub use lock::FolderLock;
 pub use names::{seed_folder_name, trial_file_name};

@@ -3,7 +3,7 @@
 use super::bounded::BoundedEpisodes;
 use super::error::ArchiveError;
 use super::files::read_json;
-use super::folder::is_run;
+use super::folder_kind::is_run;
 use super::names::{self, seed_folder_name};
 use super::rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
 use super::seed_files::read_labels;

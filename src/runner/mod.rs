@@ -34,3 +34,6 @@ pub use observer::{
 pub use potential::{GraphPotential, potential_of_graph};
 pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};
 pub use snapshots::Snapshots;
+
+#[cfg(test)]
+mod tests;

@@ -1,34 +1,11 @@
 //! The observer of a run behind the live page.
 
-use super::Server;
-use crate::archive::{
-    ArchiveError, BoundedEpisodes, EpisodeRow, GraphRow, PolicyRow, RefreshRow, SeedResult,
-    SeedTiming, Snapshot,
-};
+use super::painter::LiveUpdate;
+use super::server::Server;
+use crate::archive::{ArchiveError, BoundedEpisodes, RefreshRow};
 use crate::runner::{Episode, Refresh, RunObserver, RunState, Snapshots};
 use crate::statistics::Thinning;
 use std::time::{Duration, Instant};
-
-/// State of a run as the live page shows it: its history in a bounded number of rows, and the present of everything else.
-#[derive(Clone, Debug)]
-pub(super) struct LiveUpdate {
-    /// The run so far.
-    pub result: SeedResult,
-    /// What the clock says.
-    pub timing: SeedTiming,
-    /// Its episodes, later ones several in a row.
-    pub episodes: Vec<EpisodeRow>,
-    /// Its refreshes, of later ones only some, but the last fit in any case.
-    pub refreshes: Vec<RefreshRow>,
-    /// Frames of the whole run, the present one last.
-    pub snapshots: Vec<Snapshot>,
-    /// Place (`row,col`) or name of each state.
-    pub labels: Vec<String>,
-    /// Visits and best action of each state.
-    pub policy: Vec<PolicyRow>,
-    /// What was seen.
-    pub graph: Vec<GraphRow>,
-}
 
 /// The run may spend one part in so many on telling.
 const SHARE: u32 = 100;

@@ -1,10 +1,12 @@
 //! From what the run leaves on the desk to drawings on the board.
 
-use super::Title;
 use super::board::Board;
-use super::live_view::LiveUpdate;
-use crate::archive::{RecordedRun, RecordedSeed, Summary};
+use crate::archive::{
+    EpisodeRow, GraphRow, PolicyRow, RecordedRun, RecordedSeed, RefreshRow, SeedResult, SeedTiming,
+    Snapshot, Summary,
+};
 use crate::report::report_data;
+use crate::scenario::Scenario;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -14,6 +16,38 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 /// The painter rests so many times as long as it worked: a tenth of one processor is what it may take.
 const REST: u32 = 9;
+
+/// Head of the page: what it says about the run beside its numbers.
+#[derive(Clone, Debug)]
+pub struct Title {
+    /// The run.
+    pub name: String,
+    /// Its scenario.
+    pub scenario: Scenario,
+    /// The command line.
+    pub arguments: Vec<String>,
+}
+
+/// State of a run as the live page shows it: its history in a bounded number of rows, and the present of everything else.
+#[derive(Clone, Debug)]
+pub(super) struct LiveUpdate {
+    /// The run so far.
+    pub result: SeedResult,
+    /// What the clock says.
+    pub timing: SeedTiming,
+    /// Its episodes, later ones several in a row.
+    pub episodes: Vec<EpisodeRow>,
+    /// Its refreshes, of later ones only some, but the last fit in any case.
+    pub refreshes: Vec<RefreshRow>,
+    /// Frames of the whole run, the present one last.
+    pub snapshots: Vec<Snapshot>,
+    /// Place (`row,col`) or name of each state.
+    pub labels: Vec<String>,
+    /// Visits and best action of each state.
+    pub policy: Vec<PolicyRow>,
+    /// What was seen.
+    pub graph: Vec<GraphRow>,
+}
 
 /// Room for one update.
 #[derive(Debug, Default)]

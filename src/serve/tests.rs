@@ -1,10 +1,12 @@
 use super::browser::Patience;
+use super::painter::LiveUpdate;
 use super::*;
 use crate::archive::{EpisodeRow, SeedResult, SeedTiming, Snapshot};
+use crate::scenario::Scenario;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 fn title() -> Title {
     let text = "[env]\nrows = 3\ncols = 3\n".to_owned();
