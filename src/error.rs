@@ -1,10 +1,16 @@
 //! Everything that can go wrong, and whose fault it is.
 
+#[cfg(feature = "runner")]
 use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
+#[cfg(feature = "cli")]
 use crate::export::ExportError;
+#[cfg(feature = "matrix-market")]
 use crate::graph::MatrixMarketError;
+use crate::parameter::ParameterError;
+#[cfg(feature = "runner")]
 use crate::runner::RunnerError;
+#[cfg(feature = "runner")]
 use crate::scenario::ScenarioError;
 use crate::shaping::ShapingError;
 use crate::spectral::SpectralError;
@@ -13,19 +19,27 @@ use crate::spectral::SpectralError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A scenario was not accepted.
+    #[cfg(feature = "runner")]
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A graph file was not accepted.
+    #[cfg(feature = "matrix-market")]
     #[error(transparent)]
     MatrixMarket(#[from] MatrixMarketError),
     /// A file or folder of a run could not be used.
+    #[cfg(feature = "runner")]
     #[error(transparent)]
     Archive(#[from] ArchiveError),
     /// What was asked of the runner cannot be.
+    #[cfg(feature = "runner")]
     #[error(transparent)]
     Runner(RunnerError),
     /// A run could not be exported.
+    #[cfg(feature = "cli")]
     #[error(transparent)]
     Export(#[from] ExportError),
     /// A run could not go on.
@@ -53,9 +67,11 @@ pub enum ErrorKind {
 }
 
 /// An error of another part that only passed through the runner is that part's own.
+#[cfg(feature = "runner")]
 impl From<RunnerError> for Error {
     fn from(error: RunnerError) -> Self {
         match error {
+            RunnerError::Parameter(error) => error.into(),
             RunnerError::Archive(error) => error.into(),
             RunnerError::Scenario(error) => error.into(),
             RunnerError::Pipeline(error) => error.into(),
@@ -72,8 +88,14 @@ impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
-            Error::Scenario(_) | Error::MatrixMarket(_) | Error::Runner(_) => true,
+            Error::Parameter(_) => true,
+            #[cfg(feature = "runner")]
+            Error::Scenario(_) | Error::Runner(_) => true,
+            #[cfg(feature = "matrix-market")]
+            Error::MatrixMarket(_) => true,
+            #[cfg(feature = "runner")]
             Error::Archive(error) => error.is_bad_input(),
+            #[cfg(feature = "cli")]
             Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),
             Error::Shaping(error) => matches!(
@@ -81,7 +103,7 @@ impl Error {
                 ShapingError::NoGoal
                     | ShapingError::GoalRange { .. }
                     | ShapingError::KindNeedsWorld { .. }
-                    | ShapingError::Parameter { .. }
+                    | ShapingError::Parameter(_)
             ),
             Error::Pipeline(_) => false,
         };
@@ -99,7 +121,7 @@ fn is_about_the_graph(error: &SpectralError) -> bool {
         SpectralError::Weight { .. }
             | SpectralError::Degree { .. }
             | SpectralError::Asymmetric { .. }
-            | SpectralError::Parameter { .. }
+            | SpectralError::Parameter(_)
             | SpectralError::TooManyPairs { .. }
     )
 }

@@ -5,7 +5,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Parts that any part may use.
-const COMMON: [&str; 5] = ["brief", "memory", "printable", "seeds", "vector_state"];
+const COMMON: [&str; 7] = [
+    "memory",
+    "npy",
+    "parameter",
+    "printable",
+    "seeds",
+    "time_stamp",
+    "vector_state",
+];
 
 /// What a part may import besides.
 const ALLOWED: &[(&str, &[&str])] = &[

@@ -74,9 +74,9 @@ fn sizes_have_limits_that_are_told() {
         ("deepwalk.walk_length", &[], "2 to 10000"),
         ("deepwalk.window", &[], "1 to 1000"),
         ("deepwalk.negatives", &[], "1 to 1000"),
-        ("gcn.hidden_dim", &[], "at most 65536"),
+        ("gcn.hidden_dim", &[], "1 to 65536"),
         ("gcn.epochs", &[], "at most 1000000"),
-        ("shaping.num_labels", &[], "at most 1000000"),
+        ("shaping.num_labels", &[], "1 to 1000000"),
         ("shaping.cold_epochs", &[], "at most 1000000"),
         ("shaping.warm_epochs", &[], "at most 1000000"),
         (
@@ -94,7 +94,7 @@ fn sizes_have_limits_that_are_told() {
             &["agent.kind=\"policy-iteration\""],
             "1 to 1000000",
         ),
-        ("run.episodes", &[], "at most 1000000000"),
+        ("run.episodes", &[], "1 to 1000000000"),
     ];
     for (key, more, rule) in sizes {
         for value in huge {

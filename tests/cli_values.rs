@@ -337,11 +337,11 @@ mod magnitudes {
         for (set, words) in [
             (
                 "shaping.scale_factor=1e308",
-                "1e308: it must be a positive number of at most 1e6",
+                "1e308: must be a positive number of at most 1e6",
             ),
             (
                 "agent.actor_learning_rate=1e300",
-                "1e300, but must be above 0 and at most 1e27",
+                "1e300: must be above 0 and at most 1e27",
             ),
             ("agent.preference_clip=1e28", "agent.preference_clip"),
             ("exploration.bonus=1e308", "exploration.bonus = 1e308"),
@@ -363,14 +363,14 @@ mod magnitudes {
             "--set",
             "agent.initial_value=-1e200",
         ];
-        refused("", None, &sets, &["agent.initial_value is -1e200"]);
+        refused("", None, &sets, &["agent.initial_value = -1e200"]);
         let sets = [
             "--set",
             "agent.kind=planner",
             "--set",
             "agent.optimistic_value=1e200",
         ];
-        refused("", None, &sets, &["agent.optimistic_value is 1e200"]);
+        refused("", None, &sets, &["agent.optimistic_value = 1e200"]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Q actor-critic.
 //!
-//! One step (s, a, R′, s′), in the order of Sutton & Barto (2018, section 13.5), with the equations of the source report:
+//! One step (s, a, R′, s′), in the order of Sutton & Barto (2018, section 13.5), with the equations of the source paper:
 //!
 //! 1. a′ ~ π_θ(·|s′), the policy of [`policy`](super::policy) (eq. 7);
 //! 2. δ = R′ + γ Q_w(s′, a′) − Q_w(s, a), R′ = r + m·F (eqs. 3 and 11); without the Q_w(s′, a′) if the task is over;
@@ -14,7 +14,7 @@
 //! | `algorithm-1` | δ | 0.01, 0.005 |
 //! | `algorithm-2` | Q_w(s, a), with the w before step 3 | 0.005, 0.01 |
 //!
-//! # Where the report's two algorithms disagree
+//! # Where the paper's two algorithms disagree
 //!
 //! - **α and β change places.** Algorithm 1 moves w by α (line 12) and θ by β (line 13); Algorithm 2 moves θ by α (line 8)
 //!   and w by β (line 9). Here the step sizes are called what they belong to, `critic_learning_rate` and
@@ -47,7 +47,7 @@
 //! | `algorithm-2` | sampled | 34 672 [34 148, 34 740], 6.3 | 219 805 [213 914, 221 460], 12.9 |
 //! | `algorithm-2` | expected | 34 388 [34 052, 34 885], 6.6 | 217 652 [215 146, 220 765], 12.9 |
 //!
-//! The two are close; sampled is what the report prints and no worse, hence the default. (Taking the advantage from the w
+//! The two are close; sampled is what the paper prints and no worse, hence the default. (Taking the advantage from the w
 //! *before* step 3 costs more: 1 469 and 11 579 in the first row.)
 //!
 //! # Advice
@@ -58,7 +58,7 @@
 //! step; advice is not clipped.
 
 use super::behaviour::Behaviour;
-use super::checks::{AgentError, check, check_gamma, check_rate};
+use super::checks::{AGENT, check_gamma, check_rate};
 use super::features::LinearFeatures;
 use super::greedy::{action, advised, first_best};
 use super::params::{Bootstrap, UpdateRule};
@@ -66,6 +66,7 @@ use super::policy::{clamp, sample, softmax};
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::{Action, LARGEST_RETURN};
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -110,14 +111,10 @@ impl ActorCriticParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let positive = |key, value: f64| {
-            check(
-                key,
-                value,
-                value > 0.0 && value <= LARGEST_RETURN,
-                "above 0 and at most 1e27",
-            )
+            let holds = value > 0.0 && value <= LARGEST_RETURN;
+            AGENT.number(key, value, holds, "above 0 and at most 1e27")
         };
         check_gamma(self.gamma)?;
         positive("actor_learning_rate", self.actor_learning_rate)?;

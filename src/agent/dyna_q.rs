@@ -4,7 +4,7 @@
 //! follow from (s, a). After each step the pair just taken is backed up first, then the pairs whose value is most out of
 //! date: if max_b Q(s, b) moved by Δ, a pair that leads to s with probability P̂ waits with priority γ P̂ |Δ|.
 
-use super::checks::{AgentError, check_action_values, check_count, check_rate};
+use super::checks::{check_action_values, check_count, check_rate};
 use super::greedy::{action, advised, choose, first_best};
 use super::model::EmpiricalModel;
 use super::sweep::SweepQueue;
@@ -12,6 +12,7 @@ use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -51,7 +52,7 @@ impl DynaQParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_rate(self.learning_rate)?;
         check_action_values(self.gamma, self.epsilon, self.initial_value)?;
         check_count("planning_steps", self.planning_steps)

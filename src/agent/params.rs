@@ -3,11 +3,12 @@
 //! Keys that the chosen kind does not use are ignored, so that one scenario can be run with several kinds side by
 //! side. A key left out takes the default of its kind; [`AgentParams::resolved`] writes those in.
 
-use super::checks::{AgentError, check_gamma};
+use super::checks::check_gamma;
 use super::{
     ActorCriticParams, DynaQParams, PlannerParams, PolicyIterationParams, QLearningParams,
     SarsaParams,
 };
+use crate::parameter::ParameterError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -39,10 +40,10 @@ pub enum UpdateRule {
     /// The advantage Q(s, a) − Σ_b π(b|s) Q(s, b).
     #[default]
     Advantage,
-    /// The TD error δ: the source report's Algorithm 1.
+    /// The TD error δ: the source paper's Algorithm 1.
     #[serde(rename = "algorithm-1")]
     Algorithm1,
-    /// The action value Q(s, a): the source report's Algorithm 2.
+    /// The action value Q(s, a): the source paper's Algorithm 2.
     #[serde(rename = "algorithm-2")]
     Algorithm2,
 }
@@ -64,7 +65,7 @@ pub enum FeatureKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Bootstrap {
-    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the report prints it).
+    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the paper prints it).
     Sampled,
     /// Σ_b π(b|s′) Q(s′, b) (expected SARSA).
     Expected,
@@ -150,7 +151,7 @@ impl AgentParams {
     ///
     /// # Errors
     /// The first key that breaks its rule.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         match self.kind {
             AgentKind::ActorCritic => self.actor_critic().validate(),
             AgentKind::QLearning => self.q_learning().validate(),
@@ -339,9 +340,8 @@ mod tests {
                 "evaluation_sweeps",
             ),
         ] {
-            let AgentError::OutOfRange { key: named, .. } =
-                parse(text).unwrap().validate().unwrap_err();
-            assert_eq!(named, key, "{text}");
+            let error = parse(text).unwrap().validate().unwrap_err();
+            assert_eq!((error.section, error.key), ("agent", key), "{text}");
         }
     }
 

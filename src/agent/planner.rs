@@ -25,7 +25,7 @@
 //!
 //! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
 
-use super::checks::{AgentError, check_count, check_gamma, check_return};
+use super::checks::{check_count, check_gamma, check_return};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
 use super::small_mdp::{Row, SmallMdp, Solution};
@@ -34,6 +34,7 @@ use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::{Action, StepStatus};
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -87,7 +88,7 @@ impl PlannerParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_gamma(self.gamma)?;
         check_count("known_after", self.known_after as usize)?;
         check_return("optimistic_value", self.optimistic_value.unwrap_or(0.0))?;

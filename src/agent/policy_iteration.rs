@@ -1,4 +1,4 @@
-//! Policy iteration on the approximated MDP, with the shaped reward (contribution 6 of the source report).
+//! Policy iteration on the approximated MDP, with the shaped reward (contribution 6 of the source paper).
 //!
 //! On the model of what was seen so far, in turns until the policy stays the same:
 //!
@@ -14,13 +14,14 @@
 //! It plans at the end of each episode and every `plan_every` steps. In between only the state just left is backed up,
 //! so that the agent does not turn in circles among states that it has used up. It acts ε-greedily on Q + advice.
 
-use super::checks::{AgentError, check_action_values, check_count};
+use super::checks::{check_action_values, check_count};
 use super::greedy::{action, choose, first_best};
 use super::model::EmpiricalModel;
 use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -62,7 +63,7 @@ impl PolicyIterationParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_action_values(self.gamma, self.epsilon, self.initial_value)?;
         check_count("evaluation_sweeps", self.evaluation_sweeps)
     }

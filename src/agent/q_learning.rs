@@ -7,12 +7,13 @@
 //! With α = 1 it is real-time search on what was seen, and the yardstick to beat in deterministic worlds; under slip
 //! choose α below 1.
 
-use super::checks::{AgentError, check_action_values, check_rate};
+use super::checks::{check_action_values, check_rate};
 use super::greedy::{advised, choose, first_best};
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -46,7 +47,7 @@ impl QLearningParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_rate(self.learning_rate)?;
         check_action_values(self.gamma, self.epsilon, self.initial_value)
     }

@@ -3,13 +3,14 @@
 //! Q(s, a) ← Q(s, a) + α [R′ + γ Q(s′, a′) − Q(s, a)] with a′ drawn from the ε-greedy policy at s′ and taken next, or
 //! with Σ_b π(b|s′) Q(s′, b) in its place. Advice bends π in both.
 
-use super::checks::{AgentError, check_action_values, check_rate};
+use super::checks::{check_action_values, check_rate};
 use super::greedy::{advised, choose, expectation, first_best};
 use super::params::Bootstrap;
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;
 use crate::graph::StateId;
+use crate::parameter::ParameterError;
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -46,7 +47,7 @@ impl SarsaParams {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), AgentError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_rate(self.learning_rate)?;
         check_action_values(self.gamma, self.epsilon, self.initial_value)
     }

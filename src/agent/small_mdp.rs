@@ -4,7 +4,9 @@
 //! if each state has a way out under π, to an end or to something unknown; states without one form closed sets. There a
 //! mean reward above zero is worth more than any number, and one of zero or less sinks without an end, to a floor.
 
-use nalgebra::{DMatrix, DVector};
+use crate::vector_state::clear_upper_halves;
+use faer::prelude::Solve;
+use faer::{Col, Mat};
 
 /// Improvements of a policy; a handful is usual.
 const MAX_IMPROVEMENTS: usize = 50;
@@ -108,10 +110,10 @@ impl SmallMdp {
 }
 
 /// The solution of v = r + γ P v with some of it known.
-fn linear(chosen: &[&Row], gamma: f64, known: &[Option<f64>]) -> Option<DVector<f64>> {
+fn linear(chosen: &[&Row], gamma: f64, known: &[Option<f64>]) -> Option<Col<f64>> {
     let n = chosen.len();
-    let mut matrix = DMatrix::<f64>::identity(n, n);
-    let mut right = DVector::zeros(n);
+    let mut matrix = Mat::<f64>::identity(n, n);
+    let mut right = Col::zeros(n);
     for (state, (row, known)) in chosen.iter().zip(known).enumerate() {
         right[state] = known.unwrap_or(row.reward);
         if known.is_none() {
@@ -120,7 +122,10 @@ fn linear(chosen: &[&Row], gamma: f64, known: &[Option<f64>]) -> Option<DVector<
             }
         }
     }
-    matrix.lu().solve(&right)
+    let solution = matrix.partial_piv_lu().solve(&right);
+    clear_upper_halves();
+    let is_solved = solution.iter().all(|value| value.is_finite());
+    is_solved.then_some(solution)
 }
 
 /// Which states have no way out: those from which no state can be reached whose action may end.

@@ -6,6 +6,7 @@
 pub use super::temporary::{TemporaryFolder, remove_temporaries};
 
 use super::temporary::Temporary;
+use crate::npy;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -115,33 +116,22 @@ pub fn write_npy(
     shape: &[usize],
     values: impl ExactSizeIterator<Item = f64>,
 ) -> io::Result<()> {
-    use npyz::WriterBuilder;
     assert_eq!(
         values.len(),
         shape.iter().product::<usize>(),
         "as many values as the shape {shape:?} has entries"
     );
-    let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
     write_atomically(path, |file| {
-        let mut array = npyz::WriteOptions::<f64>::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(file)
-            .begin_nd()?;
-        array.extend(values)?;
-        array.finish()
+        npy::write_header(file, npy::F64, shape)?;
+        values
+            .into_iter()
+            .try_for_each(|value| file.write_all(&value.to_le_bytes()))
     })
 }
 
 /// Reads a NumPy array of `f64`: its shape and its values row by row.
 pub fn read_npy(path: &Path) -> io::Result<(Vec<usize>, Vec<f64>)> {
-    let file = npyz::NpyFile::new(io::BufReader::new(File::open(path)?))?;
-    let shape = file.shape().iter().map(|&n| n as usize).collect();
-    if file.order() != npyz::Order::C {
-        let what = "the array is stored column by column; expected row by row";
-        return Err(io::Error::new(io::ErrorKind::InvalidData, what));
-    }
-    Ok((shape, file.into_vec::<f64>()?))
+    npy::read(&mut io::BufReader::new(File::open(path)?))
 }
 
 /// A file that grows by whole pieces: a piece is in it entirely or, if it cannot be written, not at all.

@@ -19,6 +19,7 @@ use super::lock::{FolderLock, LOCK_FILE};
 use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
 use crate::scenario::Loaded;
+use crate::time_stamp;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -76,7 +77,7 @@ impl RunFolder {
         let path = match out.map(Path::to_owned).or_else(earlier) {
             Some(path) if existing == Existing::Refuse => create(path)?,
             Some(path) => adopt(kind, path, &loaded.text)?,
-            None => create_unused(&all, &(time_stamp() + kind.suffix()))?,
+            None => create_unused(&all, &(time_stamp::for_file_name() + kind.suffix()))?,
         };
         let lock = FolderLock::take(&path).map_err(not_writable(&path))?;
         let Some(lock) = lock else {
@@ -113,13 +114,6 @@ impl RunFolder {
     pub fn seed(&self, seed: u64) -> PathBuf {
         self.path.join(seed_folder_name(seed))
     }
-}
-
-/// The present second in UTC, fit for a folder name.
-fn time_stamp() -> String {
-    jiff::Timestamp::now()
-        .strftime("%Y-%m-%dT%H-%M-%SZ")
-        .to_string()
 }
 
 fn not_writable(path: &Path) -> impl Fn(io::Error) -> ArchiveError {

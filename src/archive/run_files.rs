@@ -6,6 +6,7 @@ use super::folder::RunFolder;
 use super::names;
 use super::summary::Summary;
 use crate::scenario::Scenario;
+use crate::time_stamp;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,14 +53,14 @@ impl RunInfo {
             arguments,
             seeds: vec![seed],
             status: RunStatus::Running,
-            started: jiff::Timestamp::now().to_string(),
+            started: time_stamp::now(),
             ended: None,
         }
     }
 
     /// Notes how it ended, now.
     pub fn end(&mut self, status: RunStatus) {
-        self.ended = Some(jiff::Timestamp::now().to_string());
+        self.ended = Some(time_stamp::now());
         self.status = status;
     }
 }

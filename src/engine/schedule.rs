@@ -3,7 +3,7 @@
 //! A fit costs time in proportion to the states known, so unless much has changed it waits for as many steps as are a
 //! given share of them: what fits cost by step then does not grow with the world.
 
-use crate::brief::brief;
+use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,55 +37,31 @@ impl Default for ScheduleParams {
     }
 }
 
-/// A parameter that breaks its rule.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("schedule.{key} = {}: {rule}", brief(*.value))]
-pub struct ScheduleParamsError {
-    /// The key in the `[schedule]` table.
-    pub key: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What it must be.
-    pub rule: &'static str,
-}
-
 impl ScheduleParams {
     /// Checks every rule.
     ///
     /// # Errors
     /// The first key that breaks its rule.
-    pub fn validate(&self) -> Result<(), ScheduleParamsError> {
-        let rule = "must be above 0 and at most 1";
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let section = Section("schedule");
         let shares = [
             ("growth", self.growth),
             ("feature_growth", self.feature_growth),
             ("edge_growth", self.edge_growth),
         ];
         for (key, value) in shares {
-            if !(value > 0.0 && value <= 1.0) {
-                return Err(ScheduleParamsError { key, value, rule });
-            }
+            let holds = value > 0.0 && value <= 1.0;
+            section.number(key, value, holds, "above 0 and at most 1")?;
         }
-        if !(self.refit_share >= 0.0 && self.refit_share.is_finite()) {
-            return Err(ScheduleParamsError {
-                key: "refit_share",
-                value: self.refit_share,
-                rule: "must be 0 or a positive number",
-            });
-        }
-        if self.refit_every == 0 {
-            return Err(ScheduleParamsError {
-                key: "refit_every",
-                value: 0.0,
-                rule: "must be at least 1",
-            });
-        }
-        Ok(())
+        let share = self.refit_share;
+        let holds = share >= 0.0 && share.is_finite();
+        section.number("refit_share", share, holds, "0 or a positive number")?;
+        section.count("refit_every", self.refit_every, 1..)
     }
 }
 
-/// How large the graph is, and when that is looked at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Size of the graph at a moment of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Moment {
     /// Environment steps taken.
     pub step: u64,
@@ -97,8 +73,8 @@ pub struct Moment {
     pub pairs_tried: u64,
 }
 
-/// Remembers the last refresh of the features and the last fit.
-#[derive(Clone, Debug, Default)]
+/// Moments of the last refresh of the features and of the last fit.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RefreshSchedule {
     params: ScheduleParams,
     features: Option<Moment>,

@@ -3,7 +3,7 @@
 //! Arrays have no missing values: a column of whole numbers or flags that lacks some becomes one of numbers with NaN.
 
 use super::table::{Column, Table};
-use npyz::{AutoSerialize, DType, TypeStr, WriteOptions, WriterBuilder};
+use crate::npy;
 use std::io::{self, Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -30,8 +30,7 @@ pub(super) fn write_npz(
     }
     for matrix in matrices {
         let name = format!("eigenvectors/{}", matrix.name);
-        let dtype = f64::default_dtype();
-        archive.array(&name, &matrix.shape, dtype, &matrix.entries)?;
+        archive.numbers(&name, &matrix.shape, &matrix.entries)?;
     }
     archive.0.finish()?;
     Ok(())
@@ -44,50 +43,72 @@ impl<W: Write + Seek> Archive<W> {
         let shape = [column.len()];
         match column {
             Column::Integers(values) => match whole(values) {
-                Some(values) => self.array(name, &shape, i64::default_dtype(), &values),
-                None => self.numbers(name, values.iter().map(|v| v.map(|v| v as f64))),
+                Some(values) => self.array(
+                    name,
+                    &shape,
+                    ("<i8", 8),
+                    values.iter().map(|v| v.to_le_bytes()),
+                ),
+                None => self.gappy(name, values.iter().map(|v| v.map(|v| v as f64))),
             },
             Column::Flags(values) => match whole(values) {
-                Some(values) => self.array(name, &shape, bool::default_dtype(), &values),
-                None => self.numbers(
+                Some(values) => self.array(
+                    name,
+                    &shape,
+                    ("|b1", 1),
+                    values.iter().map(|&v| [u8::from(v)]),
+                ),
+                None => self.gappy(
                     name,
                     values.iter().map(|v| v.map(|v| f64::from(u8::from(v)))),
                 ),
             },
-            Column::Numbers(values) => self.numbers(name, values.iter().copied()),
-            Column::Texts(values) => self.array(name, &shape, text_type(values), values),
+            Column::Numbers(values) => self.gappy(name, values.iter().copied()),
+            Column::Texts(values) => {
+                let longest = values.iter().map(|text| text.chars().count()).max();
+                let longest = longest.unwrap_or(0).max(1);
+                let entries = values.iter().map(|text| unicode(text, longest));
+                self.array(
+                    name,
+                    &shape,
+                    (&format!("<U{longest}"), 4 * longest),
+                    entries,
+                )
+            }
         }
     }
 
-    fn numbers(&mut self, name: &str, values: impl Iterator<Item = Option<f64>>) -> io::Result<()> {
+    /// A column of numbers, NaN where there is none.
+    fn gappy(&mut self, name: &str, values: impl Iterator<Item = Option<f64>>) -> io::Result<()> {
         let values: Vec<f64> = values.map(|value| value.unwrap_or(f64::NAN)).collect();
-        self.array(name, &[values.len()], f64::default_dtype(), &values)
+        self.numbers(name, &[values.len()], &values)
     }
 
-    /// The entries are stored as they are: `numpy.load` then maps or copies them at the speed of the disk. A fixed date
+    fn numbers(&mut self, name: &str, shape: &[usize], values: &[f64]) -> io::Result<()> {
+        self.array(
+            name,
+            shape,
+            (npy::F64, 8),
+            values.iter().map(|v| v.to_le_bytes()),
+        )
+    }
+
+    /// An array of a kind whose entries have `width` bytes. They are stored as they are: `numpy.load` then maps or copies them at the speed of the disk. A fixed date
     /// makes equal runs equal files.
-    fn array<T: npyz::Serialize>(
+    fn array<E: AsRef<[u8]>>(
         &mut self,
         name: &str,
         shape: &[usize],
-        dtype: DType,
-        values: &[T],
+        (kind, width): (&str, usize),
+        mut entries: impl ExactSizeIterator<Item = E>,
     ) -> io::Result<()> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(zip::DateTime::default())
-            .large_file(size_of_val(values) > 1 << 30);
+            .large_file(entries.len().saturating_mul(width) > 1 << 30);
         self.0.start_file(format!("{name}.npy"), options)?;
-        let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-        let mut array = WriteOptions::<T>::new()
-            .dtype(dtype)
-            .shape(&shape)
-            .writer(&mut self.0)
-            .begin_nd()?;
-        for value in values {
-            array.push(value)?;
-        }
-        array.finish()
+        npy::write_header(&mut self.0, kind, shape)?;
+        entries.try_for_each(|entry| self.0.write_all(entry.as_ref()))
     }
 }
 
@@ -96,10 +117,9 @@ fn whole<T: Copy>(values: &[Option<T>]) -> Option<Vec<T>> {
     values.iter().copied().collect()
 }
 
-/// Unicode of the longest text's length.
-fn text_type(values: &[String]) -> DType {
-    let longest = values.iter().map(|text| text.chars().count()).max();
-    let longest = longest.unwrap_or(0).max(1);
-    let name: Result<TypeStr, _> = format!("<U{longest}").parse();
-    DType::Plain(name.expect("a length makes a type"))
+/// The characters of `text` as numbers of four bytes, with zeros behind them to make `length`.
+fn unicode(text: &str, length: usize) -> Vec<u8> {
+    let characters = text.chars().map(u32::from);
+    let padded = characters.chain(std::iter::repeat(0)).take(length);
+    padded.flat_map(u32::to_le_bytes).collect()
 }

@@ -1,6 +1,6 @@
 //! Why there are no features.
 
-use crate::brief::brief;
+use crate::parameter::ParameterError;
 use crate::spectral::SpectralError;
 
 /// Errors of this module.
@@ -11,15 +11,8 @@ pub enum FeatureError {
     #[error("eigenvectors: {0}")]
     Spectral(#[from] SpectralError),
     /// A parameter outside its range.
-    #[error("deepwalk.{key} is {}: it must be {rule}", brief(*.value))]
-    Parameter {
-        /// Key inside `[deepwalk]`.
-        key: &'static str,
-        /// The value given.
-        value: f64,
-        /// What it must satisfy.
-        rule: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The vectors grew beyond all bounds.
     #[error("the skip-gram vectors diverged; lower deepwalk.learning_rate")]
     Diverged,

@@ -1,21 +1,14 @@
 //! What can go wrong with data from outside: parameters, checkpoints, floating point.
 
-use crate::brief::brief;
+use crate::parameter::ParameterError;
 
 /// Errors of this module. Wrong shapes between arguments of one call panic instead.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GcnError {
     /// A parameter is out of range.
-    #[error("gcn.{key} must be {rule}, it is {}", brief(*.value))]
-    Param {
-        /// The key in the scenario's `[gcn]` table.
-        key: &'static str,
-        /// What values it may have.
-        rule: &'static str,
-        /// What it has.
-        value: f64,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A fit was asked to start from numbers that are no numbers.
     #[error("the GCN's {what} hold a NaN or an infinite value before the first epoch")]
     NotFinite {

@@ -1,21 +1,21 @@
 //! What a fit may be told.
 
-use super::GcnError;
 use crate::features::FeatureSource;
+use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the network and of its fit; the defaults are those of section 4.3 of the source report.
+/// Parameters of the network and of its fit; the defaults are those of section 4.3 of the source paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, rename_all = "snake_case")]
 pub struct GcnParams {
     /// What the network sees of a state: `pvf`, `deepwalk`, `random` or `constant`.
     pub features: FeatureSource,
-    /// Hidden units, 1 to 65 536 (report: 16).
+    /// Hidden units, 1 to 65 536 (paper: 16).
     pub hidden_dim: usize,
-    /// Adam's step size, above 0 (report: 0.01).
+    /// Adam's step size, above 0 (paper: 0.01).
     pub learning_rate: f64,
-    /// Epochs of a fit, at most 1 000 000; 0 leaves the weights as they are (report: 40).
+    /// Epochs of a fit, at most 1 000 000; 0 leaves the weights as they are (paper: 40).
     pub epochs: usize,
     /// λ ≥ 0 of the smoothness loss (λ / |E|) φᵀLφ. Without it two labels leave every other node free.
     pub smoothness: f64,
@@ -43,46 +43,18 @@ impl GcnParams {
     /// Checks every key.
     ///
     /// # Errors
-    /// [`GcnError::Param`] names the first key out of range, the rule and the value.
-    pub fn validate(&self) -> Result<(), GcnError> {
-        rule(
-            self.hidden_dim >= 1,
-            "hidden_dim",
-            "at least 1",
-            self.hidden_dim as f64,
-        )?;
-        rule(
-            self.hidden_dim <= MAX_HIDDEN,
-            "hidden_dim",
-            "at most 65536",
-            self.hidden_dim as f64,
-        )?;
-        rule(
-            self.epochs <= MAX_EPOCHS,
-            "epochs",
-            "at most 1000000",
-            self.epochs as f64,
-        )?;
-        rule(
-            self.learning_rate > 0.0 && self.learning_rate.is_finite(),
-            "learning_rate",
-            "positive and finite",
-            self.learning_rate,
-        )?;
-        rule(
-            self.smoothness >= 0.0 && self.smoothness.is_finite(),
-            "smoothness",
-            "0 or more, and finite",
-            self.smoothness,
-        )
+    /// The first key out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let section = Section("gcn");
+        section.count("hidden_dim", self.hidden_dim, 1..=MAX_HIDDEN)?;
+        section.count("epochs", self.epochs, ..=MAX_EPOCHS)?;
+        let rate = self.learning_rate;
+        let holds = rate > 0.0 && rate.is_finite();
+        section.number("learning_rate", rate, holds, "positive and finite")?;
+        let smoothness = self.smoothness;
+        let holds = smoothness >= 0.0 && smoothness.is_finite();
+        section.number("smoothness", smoothness, holds, "0 or more, and finite")
     }
-}
-
-fn rule(holds: bool, key: &'static str, rule: &'static str, value: f64) -> Result<(), GcnError> {
-    if holds {
-        return Ok(());
-    }
-    Err(GcnError::Param { key, rule, value })
 }
 
 #[cfg(test)]
@@ -108,21 +80,21 @@ mod tests {
                 hidden_dim: 0,
                 ..default()
             }),
-            "gcn.hidden_dim must be at least 1, it is 0"
+            "gcn.hidden_dim = 0: must be 1 to 65536"
         );
         assert_eq!(
             message(GcnParams {
                 hidden_dim: 65_537,
                 ..default()
             }),
-            "gcn.hidden_dim must be at most 65536, it is 65537"
+            "gcn.hidden_dim = 65537: must be 1 to 65536"
         );
         assert_eq!(
             message(GcnParams {
                 epochs: 1_000_001,
                 ..default()
             }),
-            "gcn.epochs must be at most 1000000, it is 1000001"
+            "gcn.epochs = 1000001: must be at most 1000000"
         );
         for learning_rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(
@@ -130,7 +102,7 @@ mod tests {
                     learning_rate,
                     ..default()
                 })
-                .starts_with("gcn.learning_rate must be positive")
+                .ends_with(": must be positive and finite")
             );
         }
         assert_eq!(
@@ -138,7 +110,7 @@ mod tests {
                 smoothness: -0.5,
                 ..default()
             }),
-            "gcn.smoothness must be 0 or more, and finite, it is -0.5"
+            "gcn.smoothness = -0.5: must be 0 or more, and finite"
         );
     }
 

@@ -1,10 +1,9 @@
 //! What can be wrong with a graph that comes from outside.
 
-use super::MatrixMarketError;
 use thiserror::Error;
 
-/// A rule that a graph from outside breaks. Nodes are numbered from 0 here (a [`MatrixMarketError`] counts from 1,
-/// as its files do).
+/// A rule that a graph from outside breaks. Nodes are numbered from 0 here (files of
+/// Matrix Market count from 1).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum GraphError {
@@ -78,7 +77,4 @@ pub enum GraphError {
         /// Where it ends.
         to: u32,
     },
-    /// A Matrix Market file is wrong.
-    #[error(transparent)]
-    MatrixMarket(#[from] MatrixMarketError),
 }

@@ -32,6 +32,7 @@ pub mod error;
 pub mod export;
 pub mod graphml;
 pub mod growth;
+#[cfg(feature = "matrix-market")]
 pub mod matrix_market;
 mod slack_rows;
 pub mod state_graph;
@@ -43,6 +44,7 @@ pub use eigentrail_spectra::SymmetricCsr;
 pub use error::GraphError;
 pub use export::NodeAttributes;
 pub use growth::{Growth, Revision};
+#[cfg(feature = "matrix-market")]
 pub use matrix_market::MatrixMarketError;
 pub use state_graph::StateGraph;
 pub use transition_graph::{Outcome, TransitionGraph, TransitionStats};

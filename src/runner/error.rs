@@ -2,6 +2,7 @@
 
 use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
+use crate::parameter::ParameterError;
 use crate::scenario::{Choices, ScenarioError};
 use crate::shaping::ShapingError;
 use crate::spectral::SpectralError;
@@ -37,6 +38,9 @@ pub enum RunnerError {
     /// A file or folder cannot be used.
     #[error(transparent)]
     Archive(#[from] ArchiveError),
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A scenario, or an arm laid over it, was not accepted.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),

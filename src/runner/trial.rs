@@ -40,12 +40,15 @@ pub(super) trait Trial: RunState {
 }
 
 /// The trial of `seed` in these worlds, of which `optimal` says what could be earned.
+///
+/// # Errors
+/// If a parameter of the scenario is out of its range.
 pub(super) fn begin<'a>(
     scenario: &'a Scenario,
     worlds: &Worlds,
     optimal: OptimalReturns,
     seed: u64,
-) -> Box<dyn Trial + 'a> {
+) -> Result<Box<dyn Trial + 'a>, RunnerError> {
     let moved = worlds.moved_for(seed);
     match worlds.first_for(seed) {
         World::Grid(first) => {
@@ -54,7 +57,8 @@ pub(super) fn begin<'a>(
                 World::Grid(world) => Some((after, world)),
                 World::Listed(..) => None, // both are of the scenario's one kind
             });
-            Box::new(TrialIn::new(scenario, first, moved, places, optimal, seed))
+            let trial = TrialIn::new(scenario, first, moved, places, optimal, seed)?;
+            Ok(Box::new(trial))
         }
         World::Listed(first, names) => {
             let places = Box::new(names);
@@ -62,7 +66,8 @@ pub(super) fn begin<'a>(
                 World::Listed(world, _) => Some((after, world)),
                 World::Grid(_) => None,
             });
-            Box::new(TrialIn::new(scenario, first, moved, places, optimal, seed))
+            let trial = TrialIn::new(scenario, first, moved, places, optimal, seed)?;
+            Ok(Box::new(trial))
         }
     }
 }
@@ -102,15 +107,15 @@ where
         places: Box<dyn Places<E::State>>,
         optimal: OptimalReturns,
         seed: u64,
-    ) -> Self {
-        Self {
-            engine: build_engine(scenario, first, seed),
-            sums: Sums::new(optimal, scenario.run.episodes),
+    ) -> Result<Self, RunnerError> {
+        Ok(Self {
+            engine: build_engine(scenario, first, seed)?,
+            sums: Sums::new(optimal, scenario.run.episodes), // its clock begins now
             scenario,
             seed,
             moved,
             places,
-        }
+        })
     }
 
     /// Moves the goals, if `episode` is the first one after that.

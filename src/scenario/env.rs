@@ -151,7 +151,7 @@ pub struct EnvParams {
     pub map: Option<String>,
     /// ascii: what the goals 1 to 9 of the map pay on top of a step.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(example = BTreeMap::from([("1", 20.0)]))]
+    #[schemars(example = example_of_rewards())]
     pub rewards: Option<BTreeMap<String, f64>>,
     /// edge-list: a CSV file with the header from,action,to and optionally probability,reward; a relative path
     /// begins at the folder of the scenario.
@@ -168,19 +168,32 @@ pub struct EnvParams {
     pub goals: Option<Vec<GoalSpec>>,
     /// Goals that take the place of `goals` while the run goes on; the agent is not told. Without them nothing moves.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(example = [GoalSpec { at: Place::from("top-right"), reward: None }])]
+    #[schemars(example = example_of_moved_goals())]
     pub moved_goals: Option<Vec<GoalSpec>>,
     /// With `moved_goals`: the episodes before the move, "half" of the run's (the default) or a number.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 250)]
     pub goals_move_after: Option<MoveAfter>,
-    /// "step-cost": −1 a step (eq. 2 of the report); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
+    /// "step-cost": −1 a step (eq. 2 of the paper); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,
     /// After how many steps an episode is cut off: "auto" (ten times the number of states) or a number, at most 1 000 000 000.
     pub max_steps: MaxSteps,
+}
+
+// Examples for the schema. They are functions because its derive reads no other expression without the whole of syn.
+
+fn example_of_rewards() -> BTreeMap<&'static str, f64> {
+    BTreeMap::from([("1", 20.0)])
+}
+
+fn example_of_moved_goals() -> [GoalSpec; 1] {
+    [GoalSpec {
+        at: Place::from("top-right"),
+        reward: None,
+    }]
 }
 
 /// The longest episode: what "auto" gives the largest map.

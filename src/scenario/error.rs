@@ -1,5 +1,6 @@
 //! What can be wrong with a scenario, said with the place and the nearest right name.
 
+use crate::parameter::ParameterError;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -152,6 +153,15 @@ impl BrokenRule {
             message = format!("{key}: {message}");
         }
         Self { key, message }
+    }
+}
+
+impl From<ParameterError> for BrokenRule {
+    fn from(error: ParameterError) -> Self {
+        Self {
+            key: error.path(),
+            message: error.to_string(),
+        }
     }
 }
 

@@ -47,12 +47,12 @@ use crate::engine::ScheduleParams;
 use crate::exploration::ExplorationParams;
 use crate::features::DeepWalkParams;
 use crate::gcn::GcnParams;
+use crate::parameter::{ParameterError, Section};
 use crate::shaping::ShapingParams;
 use crate::spectral::SpectralParams;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// How long, and from which seed.
@@ -82,15 +82,8 @@ impl RunParams {
     ///
     /// # Errors
     /// If it is out of its range.
-    pub fn validate(&self) -> Result<(), BrokenRule> {
-        if (1..=MOST_EPISODES).contains(&self.episodes) {
-            return Ok(());
-        }
-        let message = format!(
-            "run.episodes = {}: it must be at least 1 and at most {MOST_EPISODES}",
-            self.episodes
-        );
-        Err(BrokenRule::new("run.episodes", message))
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        Section("run").count("episodes", self.episodes, 1..=MOST_EPISODES)
     }
 }
 
@@ -230,14 +223,14 @@ impl Scenario {
         check_name(&self.name)?;
         self.env.validate()?;
         self.require_unicode_path()?;
-        in_section("spectral", self.spectral.validate())?;
-        in_section("deepwalk", self.deepwalk.validate())?;
-        in_section("gcn", self.gcn.validate())?;
-        in_section("shaping", self.shaping.validate())?;
-        in_section("exploration", self.exploration.validate())?;
-        in_section("agent", self.agent.validate())?;
-        in_section("schedule", self.schedule.validate())?;
-        self.run.validate()
+        self.spectral.validate().map_err(ParameterError::from)?;
+        self.deepwalk.validate()?;
+        self.gcn.validate()?;
+        self.shaping.validate()?;
+        self.exploration.validate()?;
+        self.agent.validate()?;
+        self.schedule.validate()?;
+        Ok(self.run.validate()?)
     }
 }
 
@@ -255,19 +248,6 @@ pub fn check_name(name: &str) -> Result<(), BrokenRule> {
 
 fn is_name_character(c: char) -> bool {
     c.is_ascii_alphanumeric() || "-_.".contains(c)
-}
-
-/// A section's own check, as a rule with its key: messages begin with the key, with or without the section.
-fn in_section<E: Display>(section: &str, checked: Result<(), E>) -> Result<(), BrokenRule> {
-    checked.map_err(|error| {
-        let message = error.to_string();
-        let first = message.split([' ', ':', ',']).next().unwrap_or_default();
-        if first.starts_with(&format!("{section}.")) {
-            BrokenRule::new(first, message.clone())
-        } else {
-            BrokenRule::new(format!("{section}.{first}"), format!("{section}.{message}"))
-        }
-    })
 }
 
 /// A missing file, with the shipped scenario that may have been meant.

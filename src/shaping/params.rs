@@ -1,9 +1,10 @@
 //! The `[shaping]` section of a scenario.
 
-use super::ShapingError;
+use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// φ of the costliest run there may be is then still an `f32`, as snapshots keep it.
 const MAX_SCALE_FACTOR: f64 = 1e6;
@@ -15,7 +16,7 @@ pub enum PotentialKind {
     /// A GCN sets the local cost of a diffusion (the default).
     #[default]
     Gcn,
-    /// The GCN's probability of the rewarding class, as in the source report.
+    /// The GCN's probability of the rewarding class, as in the source paper.
     Report,
     /// A diffusion with fixed cost.
     Heat,
@@ -125,82 +126,35 @@ impl ShapingParams {
     /// Checks every range.
     ///
     /// # Errors
-    /// [`ShapingError::Parameter`] with the key, its value and the rule it breaks.
-    pub fn validate(&self) -> Result<(), ShapingError> {
+    /// The first key out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let section = Section("shaping");
+        let factor = self.scale_factor;
+        let holds = factor > 0.0 && factor <= MAX_SCALE_FACTOR;
+        let rule = "a positive number of at most 1e6";
+        section.number("scale_factor", factor, holds, rule)?;
+        let within = |key, value: f64, range: RangeInclusive<f64>, rule| {
+            section.number(key, value, range.contains(&value), rule)
+        };
+        within("mix", self.mix, 0.0..=1.0, "between 0 and 1")?;
         // Below this a solve takes thousands of sweeps on a large map.
-        let cost = |x: f64| (1e-3..=100.0).contains(&x);
-        let rules = [
-            (
-                "scale_factor",
-                self.scale_factor,
-                self.scale_factor > 0.0 && self.scale_factor <= MAX_SCALE_FACTOR,
-                "a positive number of at most 1e6",
-            ),
-            (
-                "mix",
-                self.mix,
-                (0.0..=1.0).contains(&self.mix),
-                "between 0 and 1",
-            ),
-            (
-                "temperature",
-                self.temperature,
-                cost(self.temperature),
-                "between 0.001 and 100",
-            ),
-            (
-                "log_cost_clip",
-                self.log_cost_clip,
-                (0.0..=3.0).contains(&self.log_cost_clip),
-                "between 0 and 3",
-            ),
-            (
-                "num_labels",
-                self.num_labels as f64,
-                self.num_labels > 0,
-                "at least 1",
-            ),
-            (
-                "num_labels",
-                self.num_labels as f64,
-                self.num_labels <= MOST,
-                "at most 1000000",
-            ),
-            (
-                "cold_epochs",
-                self.cold_epochs as f64,
-                self.cold_epochs <= MOST,
-                "at most 1000000",
-            ),
-            (
-                "warm_epochs",
-                self.warm_epochs as f64,
-                self.warm_epochs <= MOST,
-                "at most 1000000",
-            ),
-            (
-                "fit_tolerance",
-                self.fit_tolerance,
-                self.fit_tolerance >= 0.0 && self.fit_tolerance.is_finite(),
-                "0 or a positive number",
-            ),
-            (
-                "cost_smoothness",
-                self.cost_smoothness,
-                self.cost_smoothness >= 0.0 && self.cost_smoothness.is_finite(),
-                "0 or a positive number",
-            ),
-            (
-                "heat_kept",
-                self.heat_kept,
-                (1e-6..=0.999).contains(&self.heat_kept),
-                "between 0.000001 and 0.999",
-            ),
-        ];
-        match rules.into_iter().find(|(_, _, holds, _)| !holds) {
-            Some((key, value, _, rule)) => Err(ShapingError::Parameter { key, value, rule }),
-            None => Ok(()),
-        }
+        let rule = "between 0.001 and 100";
+        within("temperature", self.temperature, 1e-3..=100.0, rule)?;
+        let clip = self.log_cost_clip;
+        within("log_cost_clip", clip, 0.0..=3.0, "between 0 and 3")?;
+        section.count("num_labels", self.num_labels, 1..=MOST)?;
+        section.count("cold_epochs", self.cold_epochs, ..=MOST)?;
+        section.count("warm_epochs", self.warm_epochs, ..=MOST)?;
+        let rule = "0 or a positive number";
+        within("fit_tolerance", self.fit_tolerance, 0.0..=f64::MAX, rule)?;
+        within(
+            "cost_smoothness",
+            self.cost_smoothness,
+            0.0..=f64::MAX,
+            rule,
+        )?;
+        let rule = "between 0.000001 and 0.999";
+        within("heat_kept", self.heat_kept, 1e-6..=0.999, rule)
     }
 }
 
@@ -239,28 +193,28 @@ mod tests {
                 mix: 1.5,
                 ..Default::default()
             },
-            "shaping.mix is 1.5: it must be between 0 and 1",
+            "shaping.mix = 1.5: must be between 0 and 1",
         );
         check(
             ShapingParams {
                 scale_factor: f64::NAN,
                 ..Default::default()
             },
-            "shaping.scale_factor is NaN: it must be a positive number of at most 1e6",
+            "shaping.scale_factor = NaN: must be a positive number of at most 1e6",
         );
         check(
             ShapingParams {
                 temperature: 0.0,
                 ..Default::default()
             },
-            "shaping.temperature is 0: it must be between 0.001 and 100",
+            "shaping.temperature = 0: must be between 0.001 and 100",
         );
         check(
             ShapingParams {
                 num_labels: 0,
                 ..Default::default()
             },
-            "shaping.num_labels is 0: it must be at least 1",
+            "shaping.num_labels = 0: must be 1 to 1000000",
         );
     }
 }

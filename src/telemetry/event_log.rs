@@ -5,6 +5,7 @@
 //! written when an event happens and when a span closes:
 //! `{"time":…,"level":…,"name":"spectrum_refresh","step":…,"nodes":…,…,"elapsed_ms":…}`.
 
+use crate::time_stamp;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::HashMap;
@@ -210,7 +211,7 @@ fn line(metadata: &Metadata<'_>, mut fields: Map<String, Value>) -> Line {
         fields.shift_remove("message");
     }
     Line {
-        time: jiff::Timestamp::now().to_string(),
+        time: time_stamp::now(),
         level: metadata.level().as_str(),
         name,
         fields,

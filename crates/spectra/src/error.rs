@@ -1,5 +1,17 @@
 //! What can be wrong with the input of an eigensolve.
 
+/// A parameter out of its range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name} = {value}: must be {rule}")]
+pub struct ParameterError {
+    /// Its name.
+    pub name: &'static str,
+    /// The value given.
+    pub value: String,
+    /// The values it may have.
+    pub rule: &'static str,
+}
+
 /// What can be wrong with a graph or with the parameters of an eigensolve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -46,15 +58,8 @@ pub enum SpectralError {
     #[error("the saved state of the eigensolver is damaged: its parts do not belong together")]
     Checkpoint,
     /// A parameter is out of its range.
-    #[error("{name} = {value}: must be {rule}")]
-    Parameter {
-        /// The parameter's name.
-        name: &'static str,
-        /// The value given.
-        value: String,
-        /// The rule it breaks.
-        rule: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// More pairs were asked for than the matrix has.
     #[error("k = {k} eigenpairs asked of a graph of {n} nodes: k can be at most {n}")]
     TooManyPairs {

@@ -39,14 +39,14 @@ mod tracker;
 
 pub use dense::symmetric_eigen;
 pub use eigenpairs::{Convergence, Eigenpairs, LAMBDA_FLOOR};
-pub use error::SpectralError;
+pub use error::{ParameterError, SpectralError};
 pub use iteration::smallest_eigenpairs;
 pub use laplacian::Laplacian;
 pub use operator::SymmetricOperator;
 pub use params::{LaplacianKind, Method, SpectralParams};
 pub use symmetric_csr::SymmetricCsr;
 pub use tracker::{
-    GrowingEigensolver, Route, SpectrumRefresh, TrackParams, TrackReport, TrackUpdate,
+    GrowingEigensolver, Route, SpectrumRefresh, TrackParams, TrackStatistics, TrackUpdate,
     TrackedSpectrum, procrustes, track, with_fixed_signs,
 };
 

@@ -1,6 +1,6 @@
 //! The parameters of an eigensolve, with their defaults and one check.
 
-use crate::SpectralError;
+use crate::ParameterError;
 
 /// Which Laplacian of the adjacency W, with degrees D.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,15 +82,15 @@ impl SpectralParams {
     /// Checks every range once.
     ///
     /// # Errors
-    /// [`SpectralError::Parameter`] names the first parameter that is out of its range.
-    pub fn validate(&self) -> Result<(), SpectralError> {
+    /// The first parameter that is out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
         within("num_eigenpairs", self.num_eigenpairs, 65_536, "1 to 65536")?;
         within("threads", self.threads, 1024, "1 to 1024")?;
         within("max_restarts", self.max_restarts, 100_000, "1 to 100000")?;
         if self.tol > 0.0 && self.tol < 1.0 {
             return Ok(());
         }
-        Err(SpectralError::Parameter {
+        Err(ParameterError {
             name: "tol",
             value: self.tol.to_string(),
             rule: "above 0 and below 1",
@@ -105,11 +105,11 @@ fn within(
     value: usize,
     most: usize,
     rule: &'static str,
-) -> Result<(), SpectralError> {
+) -> Result<(), ParameterError> {
     if (1..=most).contains(&value) {
         return Ok(());
     }
-    Err(SpectralError::Parameter {
+    Err(ParameterError {
         name,
         value: value.to_string(),
         rule,
@@ -138,10 +138,7 @@ mod tests {
         for (expected, break_it) in broken {
             let mut params = SpectralParams::default();
             break_it(&mut params);
-            match params.validate() {
-                Err(SpectralError::Parameter { name, .. }) => assert_eq!(name, expected),
-                other => panic!("{expected}: {other:?}"),
-            }
+            assert_eq!(params.validate().unwrap_err().name, expected);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The `[deepwalk]` section of a scenario.
 
-use crate::features::FeatureError;
+use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,33 +40,17 @@ impl DeepWalkParams {
     /// Checks every range.
     ///
     /// # Errors
-    /// [`FeatureError::Parameter`] with the key, its value and the rule it breaks.
-    pub fn validate(&self) -> Result<(), FeatureError> {
-        let whole = [
-            ("dimensions", self.dimensions, 1..=4096, "1 to 4096"),
-            (
-                "walks_per_node",
-                self.walks_per_node,
-                1..=10_000,
-                "1 to 10000",
-            ),
-            ("walk_length", self.walk_length, 2..=10_000, "2 to 10000"),
-            ("window", self.window, 1..=1000, "1 to 1000"),
-            ("negatives", self.negatives, 1..=1000, "1 to 1000"),
-        ];
-        let broken = (whole.into_iter()).find(|(_, value, range, _)| !range.contains(value));
-        if let Some((key, value, _, rule)) = broken {
-            let value = value as f64;
-            return Err(FeatureError::Parameter { key, value, rule });
-        }
-        if self.learning_rate > 0.0 && self.learning_rate.is_finite() {
-            return Ok(());
-        }
-        Err(FeatureError::Parameter {
-            key: "learning_rate",
-            value: self.learning_rate,
-            rule: "positive and finite",
-        })
+    /// The first key out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let section = Section("deepwalk");
+        section.count("dimensions", self.dimensions, 1..=4096)?;
+        section.count("walks_per_node", self.walks_per_node, 1..=10_000)?;
+        section.count("walk_length", self.walk_length, 2..=10_000)?;
+        section.count("window", self.window, 1..=1000)?;
+        section.count("negatives", self.negatives, 1..=1000)?;
+        let rate = self.learning_rate;
+        let holds = rate > 0.0 && rate.is_finite();
+        section.number("learning_rate", rate, holds, "positive and finite")
     }
 }
 
@@ -95,11 +79,8 @@ mod tests {
         for (expected, break_it) in broken {
             let mut params = DeepWalkParams::default();
             break_it(&mut params);
-            let message = params.validate().unwrap_err().to_string();
-            assert!(
-                message.starts_with(&format!("deepwalk.{expected} is ")),
-                "{message}"
-            );
+            let error = params.validate().unwrap_err();
+            assert_eq!((error.section, error.key), ("deepwalk", expected));
         }
     }
 

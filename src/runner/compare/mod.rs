@@ -27,6 +27,7 @@ use crate::archive::{
     begin_comparison, names, write_comparison,
 };
 use crate::scenario::{Arm, BASELINE, Choices, Loaded};
+use crate::time_stamp;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
@@ -160,7 +161,7 @@ impl Field<'_> {
                 .iter()
                 .map(|arm| (arm.name.clone(), arm.settings.clone()))
                 .collect(),
-            started: jiff::Timestamp::now().to_string(),
+            started: time_stamp::now(),
         }
     }
 

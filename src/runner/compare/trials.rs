@@ -69,7 +69,7 @@ impl Field<'_> {
         let keep = first.then(|| folder.join(seed_folder_name(seed)));
         let worlds = &self.loaded.worlds;
         let optimal = *self.optimal.get_or_init(|| OptimalReturns::of(worlds));
-        let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed);
+        let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed)?;
         let Some(trial) = record(&mut *trial, hash, keep.as_deref(), self.watch.stop)? else {
             return Ok(None);
         };
@@ -161,7 +161,7 @@ mod tests {
         stop: &AtomicBool,
     ) -> Option<TrialRecord> {
         let optimal = OptimalReturns::of(&loaded.worlds);
-        let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed);
+        let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed).unwrap();
         record(&mut *trial, "", keep, stop).unwrap()
     }
 
