@@ -141,3 +141,21 @@ fn take_in(run: &mut RecordedRun, update: LiveUpdate) {
     seed.policy = update.policy;
     seed.graph = update.graph;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::tests::update;
+
+    #[test]
+    fn a_desk_is_free_once_the_painter_has_rested() {
+        let desk = Desk::default();
+        assert!(desk.is_free());
+        desk.leave(update(1));
+        assert!(!desk.is_free());
+        assert!(desk.take().is_some());
+        assert!(!desk.is_free(), "the painter has not rested yet");
+        desk.rest(Duration::ZERO);
+        assert!(desk.is_free());
+    }
+}

@@ -1,5 +1,6 @@
-//! Graphs for the tests and benches of the workspace.
+//! Graphs for the tests and benches of the workspace, and an allocator that counts.
 
+pub mod allocations;
 pub mod families;
 pub mod graphs;
 

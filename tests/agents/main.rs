@@ -1,9 +1,0 @@
-//! The learners against numbers worked out by hand, value iteration, and one another.
-
-mod allocations;
-mod experiment;
-mod features;
-mod learning;
-mod model_based;
-mod updates;
-mod world;

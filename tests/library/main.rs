@@ -1,0 +1,21 @@
+//! The library against independent oracles, and the rules of its making.
+
+mod agents;
+mod architecture;
+mod dependents;
+mod engine;
+#[path = "../common/env_worlds.rs"]
+mod env_worlds;
+mod environments;
+mod gcn_gradients;
+mod graph_export;
+mod graph_properties;
+#[path = "../common/graphs.rs"]
+mod graphs;
+mod matrix_market;
+mod potentials;
+mod scenarios;
+mod shaping_invariance;
+mod spectrum_growth;
+mod spectrum_oracle;
+mod walkers;

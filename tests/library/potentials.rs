@@ -1,0 +1,715 @@
+//! Facts about each potential: no false maxima, the way down leads to a goal, shift and scale, moves that exist.
+
+use eigentrail::env::Action;
+use eigentrail::gcn::GcnParams;
+use eigentrail::graph::{Adjacency, StateId, SymmetricCsr, TransitionGraph};
+use eigentrail::shaping::{
+    AbsorbingChain, AnyPotential, Goal, PotentialFit, PotentialInputs, PotentialKind, ScaleMode,
+    ShapingError, ShapingParams, ShortestPathProblem, build_potential, potential_on_graph,
+    spurious_maxima,
+};
+use faer::Mat;
+use proptest::prelude::*;
+use std::collections::BTreeSet;
+
+/// The kinds that promise to have no false maximum.
+const DEPENDABLE: [PotentialKind; 3] =
+    [PotentialKind::Gcn, PotentialKind::Heat, PotentialKind::Hops];
+
+/// φ is computed to a Bellman residual of 1e-5 nats, and a residual that is the same everywhere scales out.
+const TOL: f64 = 1e-5;
+
+// ---- maps -------------------------------------------------------------------------------------------------------
+
+/// An ASCII map: `#` wall, `G` goal, `^ v < >` a cell that can only be left that way, `~` a slow cell, the rest free.
+struct Map {
+    columns: usize,
+    cells: Vec<char>,
+    /// State of each cell that is no wall, in reading order.
+    states: Vec<Option<u32>>,
+}
+
+impl Map {
+    fn new(text: &str) -> Self {
+        let lines: Vec<&str> = text.split_whitespace().collect();
+        let cells: Vec<char> = lines.concat().chars().collect();
+        let mut next = 0..;
+        let states = cells
+            .iter()
+            .map(|&c| (c != '#').then(|| next.next().unwrap()))
+            .collect();
+        Self {
+            columns: lines[0].len(),
+            cells,
+            states,
+        }
+    }
+
+    fn open(rows: usize, columns: usize, goals: &[usize]) -> Self {
+        let mut cells = vec!['.'; rows * columns];
+        goals.iter().for_each(|&g| cells[g] = 'G');
+        let lines: Vec<String> = cells
+            .chunks(columns)
+            .map(|line| line.iter().collect())
+            .collect();
+        Self::new(&lines.join(" "))
+    }
+
+    fn num_states(&self) -> usize {
+        self.states.iter().flatten().count()
+    }
+
+    fn goals(&self) -> Vec<StateId> {
+        let goals = (0..self.cells.len()).filter(|&i| self.cells[i] == 'G');
+        goals.map(|i| StateId(self.states[i].unwrap())).collect()
+    }
+
+    /// Where the action leads from the cell: the cell itself on a bump.
+    fn target(&self, cell: usize, action: usize) -> usize {
+        if "^>v<"
+            .chars()
+            .position(|c| c == self.cells[cell])
+            .is_some_and(|only| only != action)
+        {
+            return cell;
+        }
+        let (r, c) = (cell / self.columns, cell % self.columns);
+        let rows = self.cells.len() / self.columns;
+        let target = match action {
+            0 if r > 0 => cell - self.columns,
+            1 if c + 1 < self.columns => cell + 1,
+            2 if r + 1 < rows => cell + self.columns,
+            3 if c > 0 => cell - 1,
+            _ => cell,
+        };
+        if self.cells[target] == '#' {
+            cell
+        } else {
+            target
+        }
+    }
+
+    /// The undirected graph of cells side by side.
+    fn adjacency(&self) -> SymmetricCsr {
+        let n = self.num_states();
+        let mut edges = BTreeSet::new();
+        for (cell, state) in self.states.iter().enumerate() {
+            for action in 0..4 {
+                let next = self.states[self.target(cell, action)];
+                if let (Some(i), Some(j)) = (state, next)
+                    && i != &j
+                {
+                    edges.extend([(*i, j), (j, *i)]);
+                }
+            }
+        }
+        let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
+        edges
+            .iter()
+            .for_each(|&(i, j)| triplets.add_triplet(i as usize, j as usize, 1.0));
+        SymmetricCsr::new(triplets.to_csr()).unwrap()
+    }
+
+    /// Every action of every state but the goals tried once, for which `tried(state, action)`.
+    fn explored(&self, reward: f64, tried: impl Fn(u32, usize) -> bool) -> World {
+        let mut graph = TransitionGraph::new(4);
+        (0..self.num_states()).for_each(|_| {
+            graph.add_state();
+        });
+        for (cell, state) in self.states.iter().enumerate() {
+            let Some(state) = *state else { continue };
+            for action in (0..4).filter(|&a| self.cells[cell] != 'G' && tried(state, a)) {
+                let next = self.target(cell, action);
+                let slow = if self.cells[cell] == '~' { 5.0 } else { 1.0 };
+                let terminal = self.cells[next] == 'G';
+                graph.record(
+                    StateId(state),
+                    Action(action as u16),
+                    reward * slow,
+                    StateId(self.states[next].unwrap()),
+                    terminal,
+                );
+            }
+        }
+        World {
+            graph,
+            goals: self
+                .goals()
+                .iter()
+                .map(|&s| Goal {
+                    state: s,
+                    reward: 0.0,
+                })
+                .collect(),
+        }
+    }
+
+    fn fully_explored(&self) -> World {
+        self.explored(-1.0, |_, _| true)
+    }
+}
+
+struct World {
+    graph: TransitionGraph,
+    goals: Vec<Goal>,
+}
+
+impl World {
+    fn with<T>(&self, use_inputs: impl FnOnce(&PotentialInputs<'_>) -> T) -> T {
+        let adjacency = self.graph.adjacency().to_csr();
+        let features = features(self.graph.num_states());
+        let labels: Vec<_> = self.goals.iter().map(|g| (g.state, 1)).collect();
+        use_inputs(&PotentialInputs {
+            graph: &self.graph,
+            adjacency: &adjacency,
+            goals: &self.goals,
+            labels: &labels,
+            features: features.as_ref(),
+        })
+    }
+
+    fn fit(&self, kind: PotentialKind) -> PotentialFit {
+        self.with(|inputs| build(kind).fit(inputs)).unwrap()
+    }
+
+    fn chain(&self) -> AbsorbingChain {
+        self.with(ShortestPathProblem::observed).unwrap().chain
+    }
+}
+
+/// Parameters under which φ ranges over twice the eccentricity.
+fn twice() -> ShapingParams {
+    ShapingParams {
+        scale_factor: 2.0,
+        ..Default::default()
+    }
+}
+
+fn build(kind: PotentialKind) -> AnyPotential {
+    let shaping = ShapingParams {
+        potential: kind,
+        ..twice()
+    };
+    build_potential(&shaping, &GcnParams::default(), 1)
+}
+
+/// Smooth, of size 1, and of no meaning.
+fn features(n: usize) -> Mat<f64> {
+    Mat::from_fn(n, 5, |i, c| (i as f64 * 0.37 * (c + 1) as f64).cos() * 1.4)
+}
+
+fn on_graph(
+    adjacency: &SymmetricCsr,
+    goals: &[StateId],
+    kind: PotentialKind,
+) -> Result<PotentialFit, ShapingError> {
+    on_graph_with(adjacency, goals, kind, &twice())
+}
+
+fn on_graph_with(
+    adjacency: &SymmetricCsr,
+    goals: &[StateId],
+    kind: PotentialKind,
+    shaping: &ShapingParams,
+) -> Result<PotentialFit, ShapingError> {
+    let features = features(adjacency.num_nodes());
+    potential_on_graph(
+        adjacency,
+        goals,
+        kind,
+        features.as_ref(),
+        shaping,
+        &GcnParams::default(),
+        1,
+    )
+}
+
+fn neighbors(adjacency: &SymmetricCsr, i: usize) -> Vec<usize> {
+    adjacency.row(i).0.iter().map(|&j| j as usize).collect()
+}
+
+/// Whether always going to the neighbour with the largest φ leads from everywhere to a goal.
+fn greedy_way_reaches_a_goal(phi: &[f64], adjacency: &SymmetricCsr, goals: &[StateId]) -> bool {
+    let is_goal = |i: usize| goals.iter().any(|g| g.index() == i);
+    (0..phi.len()).all(|start| {
+        let mut at = start;
+        for _ in 0..phi.len() {
+            if is_goal(at) {
+                return true;
+            }
+            let best = neighbors(adjacency, at)
+                .into_iter()
+                .max_by(|&a, &b| phi[a].total_cmp(&phi[b]));
+            at = best.unwrap();
+        }
+        is_goal(at)
+    })
+}
+
+fn maps() -> Vec<(&'static str, Map)> {
+    let u_trap = Map::new(
+        "...........
+         ..#######..
+         ........#..
+         ........#.G
+         ........#..
+         ..#######..
+         ...........",
+    );
+    vec![
+        ("open", Map::open(9, 11, &[98])),
+        ("u-trap", u_trap),
+        ("centre", Map::open(9, 9, &[40])),
+        ("two goals", Map::open(7, 13, &[0, 90])),
+        ("corridor", Map::open(1, 60, &[0])),
+    ]
+}
+
+// ---- on a bare graph --------------------------------------------------------------------------------------------
+
+#[test]
+fn dependable_kinds_have_no_false_maximum_and_lead_to_a_goal() {
+    for (name, map) in maps() {
+        let (adjacency, goals) = (map.adjacency(), map.goals());
+        for kind in DEPENDABLE {
+            let phi = on_graph(&adjacency, &goals, kind).unwrap().values;
+            assert_eq!(
+                spurious_maxima(&phi, &adjacency, &goals),
+                [],
+                "{kind} on {name}"
+            );
+            assert!(
+                greedy_way_reaches_a_goal(&phi, &adjacency, &goals),
+                "{kind} on {name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn goals_have_zero_and_the_range_is_twice_the_eccentricity() {
+    // Steps from the farthest cell to the nearest goal.
+    let eccentricities = [18.0, 21.0, 8.0, 9.0, 59.0];
+    for ((name, map), eccentricity) in maps().into_iter().zip(eccentricities) {
+        for kind in DEPENDABLE {
+            let phi = on_graph(&map.adjacency(), &map.goals(), kind)
+                .unwrap()
+                .values;
+            assert!(
+                map.goals().iter().all(|g| phi[g.index()] == 0.0),
+                "{kind} on {name}"
+            );
+            let others = (0..phi.len()).filter(|&i| !map.goals().contains(&StateId(i as u32)));
+            assert!(others.into_iter().all(|i| phi[i] < 0.0), "{kind} on {name}");
+            let lowest = phi.iter().copied().fold(0.0, f64::min);
+            assert!(
+                (lowest + 2.0 * eccentricity).abs() < TOL,
+                "{kind} on {name}: {lowest}"
+            );
+        }
+    }
+}
+
+#[test]
+fn hops_are_two_per_step() {
+    let map = Map::open(4, 5, &[0]);
+    let phi = on_graph(&map.adjacency(), &map.goals(), PotentialKind::Hops)
+        .unwrap()
+        .values;
+    for (i, phi) in phi.iter().enumerate() {
+        assert_eq!(*phi, -2.0 * (i / 5 + i % 5) as f64);
+    }
+}
+
+#[test]
+fn the_scale_factor_multiplies() {
+    let map = Map::open(6, 6, &[0]);
+    for kind in [
+        PotentialKind::Gcn,
+        PotentialKind::Report,
+        PotentialKind::Heat,
+        PotentialKind::Hops,
+    ] {
+        let phi = |scale_factor| {
+            let shaping = ShapingParams {
+                scale_factor,
+                ..Default::default()
+            };
+            on_graph_with(&map.adjacency(), &map.goals(), kind, &shaping)
+                .unwrap()
+                .values
+        };
+        for (single, triple) in phi(1.0).iter().zip(phi(3.0)) {
+            assert!((3.0 * single - triple).abs() < TOL, "{kind}");
+        }
+    }
+}
+
+#[test]
+fn the_reports_potential_is_the_probability_of_the_rewarding_class() {
+    let map = Map::open(5, 5, &[24]);
+    let raw = ShapingParams {
+        scale: ScaleMode::Raw,
+        ..Default::default()
+    };
+    let fit = on_graph_with(&map.adjacency(), &map.goals(), PotentialKind::Report, &raw).unwrap();
+    assert!(fit.values.iter().all(|p| (0.0..=1.0).contains(p)));
+    assert!(
+        fit.values[24] > fit.values[0],
+        "goal {} start {}",
+        fit.values[24],
+        fit.values[0]
+    );
+    assert_eq!(fit.fit.unwrap().epochs, 40);
+    let scaled = on_graph(&map.adjacency(), &map.goals(), PotentialKind::Report)
+        .unwrap()
+        .values;
+    assert_eq!(scaled[24], 0.0);
+    assert!((scaled.iter().copied().fold(0.0, f64::min) + 16.0).abs() < TOL);
+}
+
+#[test]
+fn what_cannot_reach_a_goal_has_the_lowest_finite_value() {
+    let map = Map::new("G..#... ...#...");
+    for kind in [
+        PotentialKind::Gcn,
+        PotentialKind::Report,
+        PotentialKind::Heat,
+        PotentialKind::Hops,
+    ] {
+        let phi = on_graph(&map.adjacency(), &map.goals(), kind)
+            .unwrap()
+            .values;
+        let reached = [0, 1, 2, 6, 7, 8];
+        let lowest = reached
+            .iter()
+            .map(|&i| phi[i])
+            .fold(f64::INFINITY, f64::min);
+        for i in (0..12).filter(|i| !reached.contains(i)) {
+            assert_eq!(phi[i], lowest, "{kind}, state {i}");
+        }
+    }
+}
+
+#[test]
+fn graphs_of_goals_alone_are_flat() {
+    for kind in DEPENDABLE {
+        let single = Adjacency::with_nodes(1).to_csr();
+        assert_eq!(
+            on_graph(&single, &[StateId(0)], kind).unwrap().values,
+            [0.0]
+        );
+        let isolated = Adjacency::with_nodes(3).to_csr();
+        assert_eq!(
+            on_graph(&isolated, &[StateId(1)], kind).unwrap().values,
+            [0.0; 3]
+        );
+    }
+}
+
+#[test]
+fn bad_input_is_an_error_that_says_what() {
+    let map = Map::open(2, 3, &[0]);
+    let adjacency = map.adjacency();
+    let message = |adjacency: &SymmetricCsr, goals: &[StateId], kind| {
+        on_graph(adjacency, goals, kind).unwrap_err().to_string()
+    };
+    assert_eq!(
+        message(&adjacency, &[], PotentialKind::Heat),
+        "a potential needs at least one goal"
+    );
+    assert_eq!(
+        message(&adjacency, &[StateId(6)], PotentialKind::Heat),
+        "goal 6 is not a node of a graph of 6 nodes (numbered from 0)"
+    );
+    assert_eq!(
+        message(&adjacency, &[StateId(0)], PotentialKind::Oracle),
+        "potential kind `oracle` needs more than a graph: choose gcn, report, heat or hops"
+    );
+    for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
+        let mut matrix = adjacency.as_csr().clone();
+        *matrix.get_mut(1, 2).unwrap() = bad;
+        let expected =
+            format!("edge weight at row 1, column 2 is {bad}: weights must be finite and positive");
+        let refused = SymmetricCsr::new(matrix).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            expected,
+            "before it gets to a potential"
+        );
+    }
+}
+
+/// Connected or not, weighted, with self-loops.
+fn any_weighted_graph() -> impl Strategy<Value = SymmetricCsr> {
+    let edge = (0_usize..20, 0_usize..20, 0.01_f64..100.0);
+    (2_usize..20, prop::collection::vec(edge, 0..60)).prop_map(|(n, edges)| {
+        let mut dense = vec![0.0; n * n];
+        for (i, j, weight) in edges {
+            let (i, j) = (i % n, j % n);
+            dense[i * n + j] = weight;
+            dense[j * n + i] = weight;
+        }
+        let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
+        for (entry, &weight) in dense.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            triplets.add_triplet(entry / n, entry % n, weight);
+        }
+        SymmetricCsr::new(triplets.to_csr()).unwrap()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn no_weights_make_a_false_maximum(adjacency in any_weighted_graph(), goal in 0_u32..2) {
+        for kind in DEPENDABLE {
+            let goals = [StateId(goal)];
+            let phi = on_graph(&adjacency, &goals, kind).unwrap().values;
+            prop_assert!(phi.iter().all(|v| v.is_finite()));
+            prop_assert_eq!(spurious_maxima(&phi, &adjacency, &goals), vec![], "{}", kind);
+        }
+    }
+}
+
+// ---- in an explored world ---------------------------------------------------------------------------------------
+
+/// Bumps into walls are left out of P, so a fully explored grid is its graph.
+#[test]
+fn a_fully_explored_grid_equals_its_graph() {
+    for (name, map) in maps() {
+        for kind in [PotentialKind::Heat, PotentialKind::Hops] {
+            let world = map.fully_explored().fit(kind).values;
+            let graph = on_graph(&map.adjacency(), &map.goals(), kind)
+                .unwrap()
+                .values;
+            for (a, b) in world.iter().zip(&graph) {
+                assert!((a - b).abs() < TOL, "{kind} on {name}: {a} against {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn with_untried_actions_the_neighbours_stand_in() {
+    let map = Map::open(5, 7, &[0]);
+    // Every edge is known from one of its ends: no state but the border ones has tried all actions.
+    let world = map.explored(-1.0, |_, action| action == 0 || action == 3);
+    for kind in [PotentialKind::Heat, PotentialKind::Hops] {
+        let partial = world.fit(kind).values;
+        let graph = on_graph(&map.adjacency(), &map.goals(), kind)
+            .unwrap()
+            .values;
+        for (a, b) in partial.iter().zip(&graph) {
+            assert!((a - b).abs() < TOL, "{kind}: {a} against {b}");
+        }
+    }
+}
+
+/// A ring that can be walked one way only: the cell just past the goal is the farthest from it.
+#[test]
+fn one_way_moves_are_respected() {
+    let map = Map::new(
+        ">>>v
+         ^##v
+         G<<<",
+    );
+    let world = map.fully_explored();
+    for kind in DEPENDABLE {
+        let phi = world.fit(kind).values;
+        // States in reading order: 0–3 the top row, 4 and 5 the sides, 6 the goal, 7–9 the rest of the bottom row.
+        let along_the_ring = [4, 0, 1, 2, 3, 5, 9, 8, 7, 6];
+        for pair in along_the_ring.windows(2) {
+            assert!(phi[pair[0]] < phi[pair[1]], "{kind}: {phi:?}");
+        }
+        assert_eq!(world.chain().spurious_maxima(&phi), [], "{kind}");
+        assert!(
+            (phi[4] + 18.0).abs() < TOL,
+            "{kind}: twice nine steps, not {}",
+            phi[4]
+        );
+    }
+}
+
+#[test]
+fn a_trap_without_return_has_the_lowest_value() {
+    // Through the one-way cell (state 4) into a dead end (5, 6).
+    let map = Map::new("G...>..");
+    let world = map.fully_explored();
+    for kind in DEPENDABLE {
+        let phi = world.fit(kind).values;
+        let lowest = phi.iter().copied().fold(0.0, f64::min);
+        assert!(phi[4..].iter().all(|&p| p == lowest), "{kind}: {phi:?}");
+        assert_eq!(phi[3], lowest, "the farthest state that can still return");
+        assert_eq!(world.chain().spurious_maxima(&phi), [], "{kind}");
+    }
+}
+
+#[test]
+fn slow_cells_are_far_away() {
+    // Two ways of equal length round the wall; the lower one is slow.
+    let map = Map::new(
+        ".......
+         .#####.
+         G#####.
+         .#####.
+         .~~~~~.",
+    );
+    let world = map.fully_explored();
+    for kind in [PotentialKind::Gcn, PotentialKind::Heat] {
+        let phi = world.fit(kind).values;
+        let (upper, middle, lower) = (8, 10, 12);
+        assert!(
+            phi[upper] > phi[middle] && phi[middle] > phi[lower],
+            "{kind}: {phi:?}"
+        );
+        assert_eq!(world.chain().spurious_maxima(&phi), []);
+    }
+    let hops = world.fit(PotentialKind::Hops).values;
+    assert_eq!(hops[8], hops[12], "hops know no costs");
+}
+
+#[test]
+fn a_poorer_goal_lies_lower_by_what_it_forgoes() {
+    let map = Map::open(1, 41, &[0, 40]);
+    let mut world = map.fully_explored();
+    world.goals[1].reward = -10.0;
+    for kind in DEPENDABLE {
+        let phi = world.fit(kind).values;
+        assert_eq!(phi[0], 0.0);
+        // Range 2 per step of the longest way: 25 steps to either goal, 10 of them forgone at the second.
+        assert!((phi[40] + 20.0).abs() < 0.1, "{kind}: {}", phi[40]);
+        let watershed = (1..40).min_by(|&a, &b| phi[a].total_cmp(&phi[b])).unwrap();
+        assert!((24..=26).contains(&watershed), "{kind}: {watershed}");
+    }
+}
+
+#[test]
+fn the_scale_is_that_of_the_reward() {
+    let map = Map::open(5, 5, &[24]);
+    for kind in DEPENDABLE {
+        let lowest = |world: World| world.fit(kind).values.iter().copied().fold(0.0, f64::min);
+        assert!((lowest(map.explored(-1.0, |_, _| true)) + 16.0).abs() < TOL);
+        assert!((lowest(map.explored(-0.1, |_, _| true)) + 1.6).abs() < TOL);
+        // Nothing a step, 3 at the goal: twice the 3.
+        let mut bonus = map.explored(0.0, |_, _| true);
+        bonus.goals[0].reward = 3.0;
+        assert!((lowest(bonus) + 6.0).abs() < TOL);
+    }
+}
+
+#[test]
+fn before_the_first_goal_every_potential_is_flat() {
+    let mut world = Map::open(3, 3, &[8]).fully_explored();
+    world.goals.clear();
+    for kind in PotentialKind::ALL {
+        assert_eq!(world.fit(kind).values, [0.0; 9], "{kind}");
+    }
+}
+
+#[test]
+fn the_oracle_repeats_what_it_was_told() {
+    let world = Map::open(2, 2, &[3]).explored(-0.5, |_, _| true);
+    let mut oracle = build(PotentialKind::Oracle);
+    for (state, distance) in [(0, 2.0), (1, 1.0), (3, 0.0), (7, f64::INFINITY)] {
+        oracle.set_true_distance(StateId(state), distance);
+    }
+    let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
+    assert_eq!(
+        phi,
+        [-2.0, -1.0, -2.0, 0.0],
+        "state 2 was not told: the lowest value"
+    );
+    let mut oracle = build(PotentialKind::Oracle);
+    oracle.set_true_distance(StateId(0), 2.0);
+    let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
+    assert_eq!(phi, [-2.0, -2.0, -2.0, 0.0], "a goal need not be told");
+}
+
+#[test]
+fn rewards_that_are_not_finite_are_an_error() {
+    let map = Map::open(2, 3, &[0]);
+    let world = map.explored(f64::NAN, |_, _| true);
+    let mut poor = map.fully_explored();
+    poor.goals[0].reward = f64::NEG_INFINITY;
+    for kind in DEPENDABLE {
+        let error = world.with(|inputs| build(kind).fit(inputs)).unwrap_err();
+        assert!(
+            error.to_string().contains("is NaN: rewards must be finite"),
+            "{error}"
+        );
+        let error = poor.with(|inputs| build(kind).fit(inputs)).unwrap_err();
+        assert!(error.to_string().contains("state 0 is -inf"), "{error}");
+    }
+}
+
+/// The graph grows between fits; features lag behind and gain columns.
+#[test]
+fn learnt_potentials_survive_growth() {
+    let map = Map::open(6, 6, &[0]);
+    for kind in [PotentialKind::Gcn, PotentialKind::Report] {
+        let mut model = build(kind);
+        for (rows, columns) in [(0, 0), (10, 3), (30, 4), (36, 4), (36, 2)] {
+            let world = map.fully_explored();
+            let lagging = Mat::from_fn(rows, columns, |i, c| ((i + 3 * c) as f64).sin());
+            let fit = world.with(|inputs| {
+                model.fit(&PotentialInputs {
+                    features: lagging.as_ref(),
+                    ..*inputs
+                })
+            });
+            let values = fit.unwrap().values;
+            assert_eq!(values.len(), 36);
+            assert_eq!(values[0], 0.0);
+        }
+    }
+}
+
+/// A potential written down and read back between fits, on a world that is explored meanwhile, with features that gain
+/// columns and change, fits on to the same bits. Learnt ones train, and start warm.
+#[test]
+fn a_potential_read_back_goes_on_to_the_same_bits() {
+    let map = Map::open(9, 8, &[0]);
+    let fits = [
+        (30, 20, 3),
+        (50, 50, 4),
+        (50, 72, 4),
+        (72, 72, 4),
+        (72, 72, 2),
+    ];
+    for kind in PotentialKind::ALL {
+        let shaping = ShapingParams {
+            potential: kind,
+            fit_tolerance: 0.0,
+            ..twice()
+        };
+        let mut kept = build_potential(&shaping, &GcnParams::default(), 1);
+        let mut read = read_back(&kept);
+        for (explored, rows, columns) in fits {
+            let world = map.explored(-1.0, |state, _| state < explored);
+            let features = Mat::from_fn(rows, columns, |i, c| ((i + 3 * c + rows) as f64).sin());
+            let [expected, found] = [&mut kept, &mut read].map(|potential| {
+                potential.set_true_distance(StateId(explored - 1), f64::from(explored) / 3.0);
+                potential.set_true_distance(StateId(1), f64::INFINITY);
+                let fit = world.with(|inputs| {
+                    potential.fit(&PotentialInputs {
+                        features: features.as_ref(),
+                        ..*inputs
+                    })
+                });
+                fit.unwrap()
+            });
+            assert_eq!(bits(&found.values), bits(&expected.values), "{kind}");
+            assert_eq!(found, expected, "{kind}");
+            assert!(read == kept, "{kind}");
+            read = read_back(&read);
+        }
+    }
+}
+
+fn read_back(potential: &AnyPotential) -> AnyPotential {
+    postcard::from_bytes(&postcard::to_stdvec(potential).unwrap()).unwrap()
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}

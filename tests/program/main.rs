@@ -1,0 +1,18 @@
+//! The program from outside.
+
+mod bounds;
+mod cli;
+mod compare;
+mod export;
+mod interruptions;
+mod live_page;
+#[path = "../common/program.rs"]
+mod program;
+mod report_page;
+#[path = "../common/runs.rs"]
+mod runs;
+#[path = "../common/served.rs"]
+mod served;
+mod tensorboard;
+mod values;
+mod worlds;

@@ -1,0 +1,208 @@
+//! The pages of runs, comparisons and figures; tests/outside opens them in a browser.
+
+use crate::runs::{comparison_page, eigentrail, figures, run_page};
+use eigentrail::archive::{
+    EpisodeRow, PolicyRow, RecordedRun, RecordedSeed, SeedResult, SeedTiming, Snapshot, Summary,
+};
+use eigentrail::report::html_report;
+use eigentrail::scenario::Scenario;
+use std::path::Path;
+
+/// A page below this many bytes can be mailed.
+const LARGEST: usize = 5_000_000;
+
+/// The object that a page is drawn from.
+fn data(html: &str) -> serde_json::Value {
+    let text = html.split("type=\"application/json\">").nth(1).unwrap();
+    serde_json::from_str(text.split("</script>").next().unwrap()).unwrap()
+}
+
+/// Nothing in a page names an address but that of the SVG name space.
+fn assert_self_contained(html: &str) {
+    assert!(html.contains("default-src 'none'"));
+    let addresses = html.matches("http").count() - html.matches("http-equiv").count();
+    assert_eq!(
+        addresses,
+        html.matches("http://www.w3.org/2000/svg").count()
+    );
+    assert!(
+        !html.contains("{{"),
+        "a place of the template is not filled"
+    );
+    assert!(html.len() < LARGEST);
+}
+
+#[test]
+fn runs_leave_a_page_that_asks_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_self_contained(&std::fs::read_to_string(run_page(folder.path())).unwrap());
+    assert!(folder.path().join("shaped/report.html").is_file());
+}
+
+#[test]
+fn shaping_of_the_default_run_is_valid() {
+    let folder = tempfile::tempdir().unwrap();
+    let html = std::fs::read_to_string(run_page(folder.path())).unwrap();
+    assert!(html.contains("optimal actions differ in 0 of"));
+    assert!(html.contains("\"holds\":true"));
+    assert!(!html.contains("\"holds\":false"));
+}
+
+#[test]
+fn a_comparison_leaves_a_page_with_its_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = comparison_page(folder.path());
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert_self_contained(&html);
+    let numbers = std::fs::read_to_string(page.with_file_name("compare.json")).unwrap();
+    let numbers: serde_json::Value = serde_json::from_str(&numbers).unwrap();
+    let data = data(&html);
+    for (arm, summary) in
+        (data["arms"].as_array().unwrap().iter()).zip(numbers["arms"].as_array().unwrap())
+    {
+        assert_eq!(arm["name"], summary["name"]);
+        assert_eq!(arm["versus"]["ratio"], summary["ratio_to_sparse"]);
+        assert_eq!(
+            arm["versus"]["improvement"],
+            summary["probability_of_improvement"]
+        );
+        // Sixty episodes are few enough to be points of their own; the curve ends where the table begins.
+        assert_eq!(arm["episodes"].as_array().unwrap().len(), 60);
+        let last = |part: &str| arm["regret"][part][59].as_f64().unwrap();
+        let iqm = summary["regret"]["iqm"].as_f64().unwrap();
+        assert!((last("middle") - iqm).abs() <= 1e-4 * iqm.abs(), "{arm}");
+        assert!(last("low") <= last("middle") && last("middle") <= last("high"));
+        assert!(!arm["sights"]["frames"].as_array().unwrap().is_empty());
+    }
+    // The command again, and without a page.
+    let folder = page.parent().unwrap();
+    let again = folder.join("again.html");
+    eigentrail()
+        .arg("report")
+        .arg(folder)
+        .arg("-o")
+        .arg(&again)
+        .assert()
+        .success();
+    assert_eq!(std::fs::read_to_string(again).unwrap(), html);
+    eigentrail()
+        .args([
+            "compare",
+            "four_rooms",
+            "-q",
+            "--seeds",
+            "0",
+            "--arms",
+            "planner",
+        ])
+        .args(["--set", "run.episodes=5", "--no-report", "--force", "--out"])
+        .arg(folder)
+        .assert()
+        .success();
+    assert!(!page.exists());
+}
+
+/// 300 × 300 cells, 30 moments, 100 000 episodes.
+#[test]
+fn pages_of_large_worlds_and_long_runs_stay_small_and_say_so() {
+    const SIDE: usize = 300;
+    let text = format!("[env]\nrows = {SIDE}\ncols = {SIDE}\n");
+    let loaded = Scenario::parse(Path::new("large.toml"), text.clone(), &[]).unwrap();
+    let states = SIDE * SIDE;
+    let rough = |i: usize| (i as f32 * 0.7).sin() * i as f32;
+    let snapshot = |step: u64| Snapshot {
+        step,
+        nodes: states,
+        edges: 2 * states,
+        potential: (0..states).map(rough).collect(),
+        eigenvalues: vec![0.0; 16],
+        vectors: vec![(0..states).map(rough).collect(); 4],
+    };
+    let episode = |i: u64| EpisodeRow {
+        episodes: 1,
+        episode: i,
+        step: 601 * (i + 1),
+        length: 598 + i % 7,
+        plain_return: -((598 + i % 7) as f64),
+        shaped_return: 1.0 / (1 + i) as f64,
+        status: "terminated".into(),
+        regret: i as f64 / 3.0,
+        nodes: states,
+        edges: 2 * states,
+    };
+    let seed = RecordedSeed {
+        episodes: (0..100_000).map(episode).collect(),
+        snapshots: (0..30).map(snapshot).collect(),
+        labels: (0..states)
+            .map(|i| format!("{},{}", i / SIDE, i % SIDE))
+            .collect(),
+        policy: (0..states as u32)
+            .map(|state| PolicyRow {
+                state,
+                visits: u64::from(state),
+                greedy: Some(1),
+            })
+            .collect(),
+        ..RecordedSeed::default()
+    };
+    let mut summary = Summary::default();
+    let result = SeedResult {
+        seed: 0,
+        finished: true,
+        episodes: 100_000,
+        steps: 60_000_000,
+        regret: 33_333.0,
+        optimal_steps: 598.0,
+        final_mean_steps: 601.0,
+        optimal_return: None,
+        final_return: None,
+        goals_moved_after: None,
+        first_goal_step: Some(70_000),
+        nodes: states,
+        edges: 2 * states,
+        spectrum_refreshes: 30,
+        gcn_fits: 30,
+    };
+    let timing = SeedTiming {
+        seed: 0,
+        wall_seconds: 1.0,
+        steps_per_second: 1.0,
+    };
+    summary.put(result, timing);
+    let run = RecordedRun {
+        name: "large".to_owned(),
+        scenario: loaded.scenario,
+        resolved: text,
+        arguments: vec!["eigentrail".to_owned()],
+        summary,
+        seeds: vec![seed],
+    };
+    let html = html_report(&[run]);
+    assert!(html.len() < LARGEST, "{} bytes", html.len());
+    assert!(html.contains("Moments were left out to keep this file below 5 MB."));
+    assert!(html.contains("each square stands for 2 × 2 cells"));
+    let data = data(&html);
+    let arm = &data["arms"][0];
+    let frames = arm["sights"]["frames"].as_array().unwrap();
+    assert!(frames.len() > 2, "{} moments", frames.len());
+    assert_eq!(frames.last().unwrap()["step"], 29);
+    let episodes = arm["episodes"].as_array().unwrap();
+    assert!(episodes.len() < 400);
+    assert_eq!(episodes.last().unwrap(), 100_000);
+}
+
+#[test]
+fn figures_are_the_same_every_time() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (first, second) = (figures(one.path()), figures(two.path()));
+    let html = std::fs::read_to_string(&first).unwrap();
+    assert_self_contained(&html);
+    assert_eq!(html, std::fs::read_to_string(&second).unwrap());
+    for number in 4..=9 {
+        assert!(html.contains(&format!("<b>Figure {number}.</b>")));
+        let name = format!("fig{number}.svg");
+        let svg = std::fs::read_to_string(first.with_file_name(&name)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("<title>"), "{name}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+    }
+}
