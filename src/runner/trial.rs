@@ -110,7 +110,7 @@ where
     let pipeline = engine.pipeline();
     let spurious_maxima = match scenario.shaping.potential {
         PotentialKind::None => None,
-        _ => Some(pipeline.spurious_maxima()?.len()),
+        _ => Some(pipeline.spurious_maxima().len()),
     };
     let graph = pipeline.transitions();
     let best = yardstick.last(episodes);
