@@ -57,7 +57,7 @@ fn engine(
     };
     Engine::new(
         world.expect("the map is fine"),
-        ShapingPipeline::new(&params, 4, None, 0),
+        ShapingPipeline::new(&params, 4, None, 0).expect("the parameters are valid"),
         build_agent(&AgentParams::default(), 4, 1.0, 0),
     )
 }

@@ -6,10 +6,10 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use eigentrail::gcn::GcnParams;
 use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
-use eigentrail::shaping::diffusion::Diffusion;
-use eigentrail::shaping::successors::Successors;
-use eigentrail::shaping::terrain::Terrain;
-use eigentrail::shaping::{PotentialKind, ShapingParams, potential_on_graph};
+use eigentrail::shaping::{
+    LinearlySolvableMdp, PotentialKind, ShapingParams, ShortestPathProblem, TransitionMatrix,
+    potential_on_graph,
+};
 use faer::Mat;
 use rand::RngExt;
 use std::hint::black_box;
@@ -67,8 +67,8 @@ fn maze(side: usize) -> SymmetricCsr {
     from_edges(nodes, &edges)
 }
 
-fn terrain(adjacency: &SymmetricCsr) -> Terrain {
-    Terrain::uniform(&Successors::undirected(adjacency), &[StateId(0)])
+fn problem(adjacency: &SymmetricCsr) -> ShortestPathProblem {
+    ShortestPathProblem::uniform(&TransitionMatrix::undirected(adjacency), &[StateId(0)])
 }
 
 fn worlds() -> Vec<(&'static str, SymmetricCsr)> {
@@ -85,30 +85,29 @@ fn diffusion(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("diffusion");
     group.sample_size(10);
     for (name, adjacency) in worlds() {
-        let terrain = terrain(&adjacency);
-        let chain = &terrain.chain;
+        let problem = problem(&adjacency);
+        let chain = &problem.chain;
         let q = vec![0.7; chain.len()];
         group.throughput(Throughput::Elements(chain.len() as u64));
         let id = |what: &str| BenchmarkId::new(format!("{name}/{what}"), chain.len());
-        group.bench_function(id("terrain"), |b| {
-            b.iter(|| self::terrain(black_box(&adjacency)))
+        group.bench_function(id("problem"), |b| {
+            b.iter(|| self::problem(black_box(&adjacency)))
         });
         group.bench_function(id("solve"), |b| {
-            b.iter(|| Diffusion::new(chain).solve_cold(&q, &mut vec![0.0], TOL));
+            b.iter(|| LinearlySolvableMdp::new(chain).solve_cold(&q, &mut vec![0.0], TOL));
         });
-        let mut diffusion = Diffusion::new(chain);
-        let report = diffusion.solve_cold(&q, &mut vec![0.0], TOL);
+        let mut mdp = LinearlySolvableMdp::new(chain);
+        let statistics = mdp.solve_cold(&q, &mut vec![0.0], TOL);
         eprintln!(
-            "{name} {}: {report:?}, E = {}",
+            "{name} {}: {statistics:?}, E = {}",
             chain.len(),
-            terrain.eccentricity()
+            problem.eccentricity()
         );
         let gradient = vec![1.0; chain.len()];
         group.bench_function(id("gradient"), |b| {
             b.iter(|| {
                 let mut lambda = vec![0.0; chain.len()];
-                diffusion
-                    .walk_mut()
+                mdp.walk_mut()
                     .solve_transposed(&gradient, &mut lambda, TOL, 1000)
             });
         });

@@ -184,7 +184,11 @@ fn sequence(c: &mut Criterion) {
                 method,
                 ..Default::default()
             };
-            let run = || track(&graph, &params, |_| ()).expect("valid graph").report;
+            let run = || {
+                track(&graph, &params, |_| ())
+                    .expect("valid graph")
+                    .statistics
+            };
             let told = OnceCell::new();
             let id = BenchmarkId::new(format!("{method:?}").to_lowercase(), graph.num_nodes());
             group.bench_function(id, |b| {

@@ -3,10 +3,11 @@
 //! The world is a corridor of 40 rooms with a chute from each back to the first; the agent is Q-learning in a dozen lines.
 //! Run it with `cargo run --release --example custom_environment`.
 
-use eigentrail::engine::{PipelineError, PipelineParams, ShapingPipeline};
+use eigentrail::engine::{PipelineParams, ShapingPipeline};
 use eigentrail::env::{Action, Step, StepStatus};
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
 use std::collections::HashMap;
+use std::error::Error;
 
 const LAST: u32 = 39;
 
@@ -29,7 +30,7 @@ fn step(room: u32, action: Action) -> Step<u32> {
 }
 
 /// Steps of each episode of a greedy Q-learner, with or without the shaped reward.
-fn learn(shaped: bool, episodes: usize) -> Result<Vec<u32>, PipelineError> {
+fn learn(shaped: bool, episodes: usize) -> Result<Vec<u32>, Box<dyn Error>> {
     let params = PipelineParams {
         gamma: 1.0,
         exploration: ExplorationParams {
@@ -38,7 +39,7 @@ fn learn(shaped: bool, episodes: usize) -> Result<Vec<u32>, PipelineError> {
         },
         ..Default::default()
     };
-    let mut pipeline = ShapingPipeline::new(&params, 3, None, 0);
+    let mut pipeline = ShapingPipeline::new(&params, 3, None, 0)?;
     let mut q: HashMap<(u32, u16), f64> = HashMap::new();
     let mut lengths = Vec::new();
     for _ in 0..episodes {
@@ -74,7 +75,7 @@ fn learn(shaped: bool, episodes: usize) -> Result<Vec<u32>, PipelineError> {
     Ok(lengths)
 }
 
-fn main() -> Result<(), PipelineError> {
+fn main() -> Result<(), Box<dyn Error>> {
     for (name, shaped) in [("plain", false), ("shaped", true)] {
         let lengths = learn(shaped, 200)?;
         let total: u32 = lengths.iter().sum();

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         gamma: own.gamma,
         ..Default::default()
     };
-    let pipeline = ShapingPipeline::new(&params, world.num_actions(), None, seed);
+    let pipeline = ShapingPipeline::new(&params, world.num_actions(), None, seed)?;
     let mut engine = Engine::new(world, pipeline, agent);
 
     let mut regret = 0.0;

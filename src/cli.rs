@@ -102,7 +102,7 @@ pub enum Command {
     Report(Report),
     /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
     Export(Export),
-    /// Draw a scenario with and without shaping as one SVG, or the source report's figures 4 to 9
+    /// Draw a scenario with and without shaping as one SVG, or the source paper's figures 4 to 9
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
@@ -314,7 +314,7 @@ pub struct Potential {
 pub enum PotentialChoice {
     /// A diffusion whose local cost is a graph network's output
     Gcn,
-    /// The probability of the rewarding class, as the report prints it
+    /// The probability of the rewarding class, as the paper prints it
     Report,
     /// A diffusion from the goals
     Heat,
@@ -373,7 +373,7 @@ pub struct Figures {
     /// moments, and the regret with and without shaping
     #[arg(value_name = "SCENARIO.toml", required_unless_present = "all")]
     pub scenario: Option<PathBuf>,
-    /// Draw counterparts of the report's figures 4 to 9 from the scenarios in scenarios/report, with a page around them
+    /// Draw counterparts of the paper's figures 4 to 9 from the scenarios in scenarios/report, with a page around them
     #[arg(long, conflicts_with = "scenario")]
     pub all: bool,
     /// Change one key, for example --set agent.gamma=0.99; can be repeated

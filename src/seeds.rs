@@ -35,8 +35,13 @@ pub enum Stream {
 
 /// The generator of `stream` under `master_seed`.
 pub fn stream(master_seed: u64, stream: Stream) -> ChaCha8Rng {
+    substream(master_seed, stream, 0)
+}
+
+/// The generator of the component `stream` that has this number among several of its kind. Number 0 is [`stream`] itself.
+pub fn substream(master_seed: u64, stream: Stream, number: u32) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(master_seed);
-    rng.set_stream(stream as u64);
+    rng.set_stream(stream as u64 | u64::from(number) << 32);
     rng
 }
 
@@ -51,5 +56,8 @@ mod tests {
         assert_eq!(draw(7, Stream::Agent), draw(7, Stream::Agent));
         assert_ne!(draw(7, Stream::Agent), draw(7, Stream::Environment));
         assert_ne!(draw(7, Stream::Agent), draw(8, Stream::Agent));
+        let several = |number| substream(7, Stream::Agent, number).next_u64();
+        assert_eq!(several(0), draw(7, Stream::Agent));
+        assert_ne!(several(0), several(1));
     }
 }

@@ -1,5 +1,5 @@
 //! Rooms found by spectral clustering, potentials per room and a coarse graph of rooms, against one global solve: the
-//! open question under Fig. 9 of the source report.
+//! open question under Fig. 9 of the source paper.
 //!
 //! ```sh
 //! cargo run --release --example rooms

@@ -32,13 +32,10 @@ use eigentrail::features::RandomFeatures;
 use eigentrail::gcn::{GcnParameters, GcnParams};
 use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
-use eigentrail::shaping::conductance::ConductancePotential;
-use eigentrail::shaping::heat::HeatPotential;
-use eigentrail::shaping::hops::HopsPotential;
-use eigentrail::shaping::site::{Site, SiteModel};
-use eigentrail::shaping::successors::Successors;
-use eigentrail::shaping::terrain::Terrain;
-use eigentrail::shaping::{PotentialFit, ShapingParams};
+use eigentrail::shaping::{
+    FitContext, GraphPotential, HeatPotential, HopsPotential, LearnedCostPotential, PotentialFit,
+    ShapingParams, ShortestPathProblem, TransitionMatrix,
+};
 use eigentrail::spectral::{ProtoValueFunctions, SpectralParams};
 use faer::{Mat, MatRef};
 use maps::{Family, random_node, with_false_edges, with_missing_edges};
@@ -72,26 +69,26 @@ fn main() -> Result<(), Failure> {
 struct Place {
     graph: SymmetricCsr,
     goal: StateId,
-    terrain: Terrain,
+    problem: ShortestPathProblem,
 }
 
 impl Place {
     fn new(graph: SymmetricCsr, goal: StateId) -> Result<Self, Failure> {
-        let terrain = Terrain::uniform(&Successors::undirected(&graph), &[goal]);
+        let problem = ShortestPathProblem::uniform(&TransitionMatrix::undirected(&graph), &[goal]);
         Ok(Self {
             graph,
             goal,
-            terrain,
+            problem,
         })
     }
 
     fn fit(
         &self,
-        model: &mut dyn SiteModel,
+        model: &mut dyn GraphPotential,
         features: MatRef<'_, f64>,
     ) -> Result<PotentialFit, Failure> {
-        Ok(model.fit_site(&Site {
-            terrain: &self.terrain,
+        Ok(model.fit_in(&FitContext {
+            problem: &self.problem,
             adjacency: &self.graph,
             features,
             labels: &[],
@@ -121,9 +118,9 @@ impl Place {
 
     /// Hops to the goal.
     fn distances(&self) -> Vec<f64> {
-        let order = self.terrain.chain.order();
+        let order = self.problem.chain.order();
         let mut distances = vec![0.0; self.graph.num_nodes()];
-        for (&state, &d) in order.iter().zip(&self.terrain.distances) {
+        for (&state, &d) in order.iter().zip(&self.problem.distances) {
             distances[state as usize] = d;
         }
         distances
@@ -131,13 +128,13 @@ impl Place {
 }
 
 /// The potential as it is by default, but trained as far as its epochs go, and on weights from elsewhere not at all.
-fn gcn(seed: u64) -> ConductancePotential {
+fn gcn(seed: u64) -> LearnedCostPotential {
     let shaping = ShapingParams {
         fit_tolerance: 0.0,
         warm_epochs: 0,
         ..ShapingParams::default()
     };
-    ConductancePotential::new(shaping, GcnParams::default(), seed)
+    LearnedCostPotential::new(shaping, GcnParams::default(), seed)
 }
 
 fn heat() -> HeatPotential {
@@ -179,7 +176,7 @@ impl Question<'_> {
             scale_factor,
         };
         let mut hops = HopsPotential { scale_factor };
-        let solved: [(&str, &mut dyn SiteModel); 4] = [
+        let solved: [(&str, &mut dyn GraphPotential); 4] = [
             ("heat", &mut heat()),
             ("flat-cost", &mut flat),
             ("steep-cost", &mut steep),

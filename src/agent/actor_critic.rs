@@ -1,6 +1,6 @@
 //! Q actor-critic.
 //!
-//! One step (s, a, R′, s′), in the order of Sutton & Barto (2018, section 13.5), with the equations of the source report:
+//! One step (s, a, R′, s′), in the order of Sutton & Barto (2018, section 13.5), with the equations of the source paper:
 //!
 //! 1. a′ ~ π_θ(·|s′), the policy of [`policy`](super::policy) (eq. 7);
 //! 2. δ = R′ + γ Q_w(s′, a′) − Q_w(s, a), R′ = r + m·F (eqs. 3 and 11); without the Q_w(s′, a′) if the task is over;
@@ -14,7 +14,7 @@
 //! | `algorithm-1` | δ | 0.01, 0.005 |
 //! | `algorithm-2` | Q_w(s, a), with the w before step 3 | 0.005, 0.01 |
 //!
-//! # Where the report's two algorithms disagree
+//! # Where the paper's two algorithms disagree
 //!
 //! - **α and β change places.** Algorithm 1 moves w by α (line 12) and θ by β (line 13); Algorithm 2 moves θ by α (line 8)
 //!   and w by β (line 9). Here the step sizes are called what they belong to, `critic_learning_rate` and
@@ -47,7 +47,7 @@
 //! | `algorithm-2` | sampled | 34 672 [34 148, 34 740], 6.3 | 219 805 [213 914, 221 460], 12.9 |
 //! | `algorithm-2` | expected | 34 388 [34 052, 34 885], 6.6 | 217 652 [215 146, 220 765], 12.9 |
 //!
-//! The two are close; sampled is what the report prints and no worse, hence the default. (Taking the advantage from the w
+//! The two are close; sampled is what the paper prints and no worse, hence the default. (Taking the advantage from the w
 //! *before* step 3 costs more: 1 469 and 11 579 in the first row.)
 //!
 //! # Advice

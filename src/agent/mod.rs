@@ -3,7 +3,7 @@
 //! Every learner is told about a step (s, a, r, s′) with three numbers kept apart:
 //!
 //! - the **plain reward** r of the environment;
-//! - the **shaping** F(s, s′) = γφ(s′) − φ(s) (eq. 4 of the source report, "Sparse Reward Propagation for Deep
+//! - the **shaping** F(s, s′) = γφ(s′) − φ(s) (eq. 4 of the source paper, "Sparse Reward Propagation for Deep
 //!   Reinforcement Learning"), added as R′ = r + m·F (eq. 3) with the blend m of [`AnyAgent::new`];
 //! - **advice**, one number per action, that bends what the agent *does* and is never part of what it learns
 //!   (look-ahead advice, Wiewiora, Cottrell & Elkan 2003).

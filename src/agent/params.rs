@@ -40,10 +40,10 @@ pub enum UpdateRule {
     /// The advantage Q(s, a) − Σ_b π(b|s) Q(s, b).
     #[default]
     Advantage,
-    /// The TD error δ: the source report's Algorithm 1.
+    /// The TD error δ: the source paper's Algorithm 1.
     #[serde(rename = "algorithm-1")]
     Algorithm1,
-    /// The action value Q(s, a): the source report's Algorithm 2.
+    /// The action value Q(s, a): the source paper's Algorithm 2.
     #[serde(rename = "algorithm-2")]
     Algorithm2,
 }
@@ -65,7 +65,7 @@ pub enum FeatureKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Bootstrap {
-    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the report prints it).
+    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the paper prints it).
     Sampled,
     /// Σ_b π(b|s′) Q(s′, b) (expected SARSA).
     Expected,

@@ -1,6 +1,6 @@
 //! Softmax over preferences and advice.
 //!
-//! π(a|s) = exp(l_a) / Σ_b exp(l_b), with logits l_a = clip(h(s, a), ±c) + advice_a  (eq. 7 of the source report with
+//! π(a|s) = exp(l_a) / Σ_b exp(l_b), with logits l_a = clip(h(s, a), ±c) + advice_a  (eq. 7 of the source paper with
 //! the soft-max of Sutton & Barto 2018, eq. 13.2).
 //!
 //! ∂ log π(a|s) / ∂ h(s, b) = 1[a = b] − π(b|s)  (Sutton & Barto, exercise 13.3), the advice being part of π.

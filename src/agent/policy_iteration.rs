@@ -1,4 +1,4 @@
-//! Policy iteration on the approximated MDP, with the shaped reward (contribution 6 of the source report).
+//! Policy iteration on the approximated MDP, with the shaped reward (contribution 6 of the source paper).
 //!
 //! On the model of what was seen so far, in turns until the policy stays the same:
 //!

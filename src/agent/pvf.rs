@@ -1,4 +1,4 @@
-//! Proto-value functions as features: eq. 13 of the source report with x(s) = the state's row of the eigenvectors.
+//! Proto-value functions as features: eq. 13 of the source paper with x(s) = the state's row of the eigenvectors.
 //!
 //! Three things keep such features usable while the graph is still growing.
 //!

@@ -1,4 +1,4 @@
-//! `eigentrail figures --all`: the source report's figures 4 to 9, from runs made for the purpose.
+//! `eigentrail figures --all`: the source paper's figures 4 to 9, from runs made for the purpose.
 
 use super::figures::{SPARSE, run};
 use super::{Ending, Interrupted, require_writable_folder, write_text};

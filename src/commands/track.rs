@@ -12,7 +12,8 @@ use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
 use eigentrail::runner::{require_spectrum_memory, write_matrix};
 use eigentrail::spectral::{
-    self, Eigenpairs, Method, SpectralError, TrackParams, TrackReport, TrackUpdate, TrackedSpectrum,
+    self, Eigenpairs, Method, SpectralError, TrackParams, TrackStatistics, TrackUpdate,
+    TrackedSpectrum,
 };
 use eigentrail::telemetry::Telemetry;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -44,17 +45,17 @@ pub fn track(
         certify: args.certify,
         ..TrackParams::default()
     };
-    let (report, eigenpairs) = follow(args, adjacency, params, telemetry, bars)?;
+    let (statistics, eigenpairs) = follow(args, adjacency, params, telemetry, bars)?;
     if let (Some(path), Some(pairs)) = (&args.vectors, &eigenpairs) {
         write_matrix(path, pairs.vectors.as_ref()).map_err(Error::from)?;
     }
     if args.json {
-        print_json(&report);
+        print_json(&statistics);
     } else {
-        print(&table(&report));
+        print(&table(&statistics));
     }
-    warn_of_rounding(args.tol, &report.updates);
-    Ok(ending(args, &report))
+    warn_of_rounding(args.tol, &statistics.updates);
+    Ok(ending(args, &statistics))
 }
 
 /// Says where rounding stood in for the tolerance asked for.
@@ -75,13 +76,13 @@ fn warn_of_rounding(tol: f64, updates: &[TrackUpdate]) {
 }
 
 /// Under `--strict` every update must have come within the tolerance, and under `--certify` with a proof.
-fn ending(args: &cli::Track, report: &TrackReport) -> Ending {
+fn ending(args: &cli::Track, statistics: &TrackStatistics) -> Ending {
     let sound = |u: &TrackUpdate| {
         u.converged && u.max_relative_residual <= args.tol && (!args.certify || u.certified)
     };
-    if report.interrupted {
+    if statistics.interrupted {
         Ending::Interrupted
-    } else if args.strict && !report.updates.iter().all(sound) {
+    } else if args.strict && !statistics.updates.iter().all(sound) {
         Ending::NotConverged
     } else {
         Ending::Done
@@ -104,9 +105,9 @@ fn follow(
     params: TrackParams,
     telemetry: &Telemetry,
     bars: bool,
-) -> Result<(TrackReport, Option<Eigenpairs>)> {
+) -> Result<(TrackStatistics, Option<Eigenpairs>)> {
     let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
-    let mut report = TrackReport {
+    let mut statistics = TrackStatistics {
         n: adjacency.num_nodes(),
         nnz: adjacency.nnz(),
         k: params.k,
@@ -138,15 +139,15 @@ fn follow(
                 let reason = route.reason();
                 debug!(name: "spectrum_refresh", nodes, ?route, reason, elapsed_ms = update.seconds * 1e3, "spectrum_refresh");
                 progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
-                report.total_seconds += update.seconds;
-                report.updates.push(update);
+                statistics.total_seconds += update.seconds;
+                statistics.updates.push(update);
             }
             Message::Done(Ok(Ok(tracked))) => {
-                return Ok((tracked.report, Some(tracked.eigenpairs)));
+                return Ok((tracked.statistics, Some(tracked.eigenpairs)));
             }
             Message::Done(Ok(Err(error))) => return Err(told(args, error)),
             Message::Done(Err(panic)) => resume_unwind(panic),
-            Message::Stop => return Ok((report, None)),
+            Message::Stop => return Ok((statistics, None)),
         }
     }
 }
@@ -170,7 +171,7 @@ fn method(choice: MethodChoice) -> Method {
 }
 
 /// The updates as people read them: all if they are few, else the first and the last ones.
-fn table(report: &TrackReport) -> String {
+fn table(statistics: &TrackStatistics) -> String {
     const SHOWN: usize = 10;
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
@@ -184,7 +185,7 @@ fn table(report: &TrackReport) -> String {
         "λ_k",
         "converged",
     ]);
-    let updates = &report.updates;
+    let updates = &statistics.updates;
     for (i, update) in updates.iter().enumerate() {
         if i == SHOWN && updates.len() > 2 * SHOWN {
             table.add_row(["…"]);
@@ -193,15 +194,15 @@ fn table(report: &TrackReport) -> String {
             table.add_row(row(update));
         }
     }
-    let values: Vec<String> = report
+    let values: Vec<String> = statistics
         .eigenvalues
         .iter()
         .map(|v| format!("{v:.6e}"))
         .collect();
     let (table, count) = (table.trim_fmt(), updates.len());
-    let seconds = report.total_seconds;
-    if report.interrupted {
-        let (reached, n) = (updates.last().map_or(0, |u| u.nodes), report.n);
+    let seconds = statistics.total_seconds;
+    if statistics.interrupted {
+        let (reached, n) = (updates.last().map_or(0, |u| u.nodes), statistics.n);
         let (reached, n) = (grouped(reached as u64), grouped(n as u64));
         return format!(
             "{table}\n{count} updates in {seconds:.3} s, interrupted at {reached} of {n} nodes"
@@ -255,7 +256,7 @@ mod tests {
             tolerance_floor: None,
             repaired: 0,
         };
-        let report = TrackReport {
+        let statistics = TrackStatistics {
             n: 1,
             nnz: 0,
             k: 1,
@@ -266,7 +267,7 @@ mod tests {
             eigenvalues: vec![0.0],
             interrupted: false,
         };
-        ending(&args, &report)
+        ending(&args, &statistics)
     }
 
     #[test]

@@ -1,18 +1,33 @@
 //! The loop of environment, pipeline and agent.
 //!
-//! - [`pipeline`]: transitions in, shaped rewards out; usable without the loop.
-//! - [`schedule`]: when spectrum and potential are brought up to date.
-//! - [`goals`]: what the ends of the episodes have taught.
-//! - [`record`]: what happened, as rows.
+//! | type | is |
+//! |---|---|
+//! | [`WorldModel`] | what is known of the world: graph, features, potential, goals |
+//! | [`Walker`] | where one explorer stands on it; several may share one model |
+//! | [`ShapingPipeline`] | a model with one walker: transitions in, shaped rewards out, without the loop |
+//! | [`Engine`] | the loop: one environment, one pipeline, one agent |
+//! | [`ScheduleParams`] | when spectrum and potential are brought up to date |
+//! | [`EpisodeRecord`], [`RefreshRecord`] | what happened, as rows |
+//!
+//! All of them but the parameters and rows are plain values that serde writes and reads, random streams included: an
+//! engine that was written down in the middle of an episode and read back goes on as if nothing had happened.
 
-pub mod goals;
-pub mod pipeline;
-pub mod record;
-pub mod schedule;
+mod error;
+mod goal_statistics;
+mod params;
+mod pipeline;
+mod record;
+mod schedule;
+mod walker;
+mod world_model;
 
-pub use pipeline::{Observed, PipelineError, PipelineParams, ShapingPipeline};
+pub use error::PipelineError;
+pub use params::PipelineParams;
+pub use pipeline::ShapingPipeline;
 pub use record::{EpisodeRecord, RefreshRecord};
 pub use schedule::ScheduleParams;
+pub use walker::{Observed, Walker};
+pub use world_model::WorldModel;
 
 use crate::agent::{Agent, Experience, Situation};
 use crate::env::{Environment, StepStatus};
@@ -21,6 +36,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::{debug, info, warn};
 
 /// One environment, one pipeline, one agent.
+///
+/// It can be written down and read back at any time, even in the middle of an episode; only the hook of
+/// [`with_true_distances`](Self::with_true_distances) has to be given again.
 pub struct Engine<E: Environment, A> {
     env: E,
     pipeline: ShapingPipeline<E::State>,
@@ -28,6 +46,8 @@ pub struct Engine<E: Environment, A> {
     episode: u64,
     step: u64,
     first_goal_step: Option<u64>,
+    /// The episode under way.
+    under_way: Option<EpisodeRecord>,
     /// Called for every state when it is discovered; gives the oracle its distances.
     on_discovery: Option<DiscoveryHook<E::State>>,
 }
@@ -45,6 +65,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             episode: 0,
             step: 0,
             first_goal_step: None,
+            under_way: None,
             on_discovery: None,
         }
     }
@@ -63,81 +84,121 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         }
     }
 
-    /// Runs one episode, to its termination or truncation. `on_refresh` is handed every refresh as it happens, and the
-    /// pipeline as it is after it.
+    /// Runs to the end of the episode under way, or of a new one if there is none. `on_refresh` is handed every refresh as
+    /// it happens, and the pipeline as it is after it.
     ///
     /// # Errors
-    /// As [`ShapingPipeline::observe`]; the episode is then abandoned. [`PipelineError::Diverged`] at the end of an episode
-    /// whose TD errors were no numbers any more.
+    /// As [`step`](Self::step).
     pub fn run_episode(
         &mut self,
-        on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
+        mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<EpisodeRecord, PipelineError> {
-        let never = AtomicBool::new(false);
-        let record = self.run_episode_unless(&never, on_refresh)?;
-        Ok(record.expect("nobody stops it"))
+        loop {
+            if let Some(record) = self.step(&mut on_refresh)? {
+                return Ok(record);
+            }
+        }
     }
 
-    /// As [`run_episode`](Self::run_episode), but given up before the first step at which `stop` is set: none then.
+    /// As [`run_episode`](Self::run_episode), but left before the first step at which `stop` is set: none then, and the
+    /// episode stays under way.
     ///
     /// # Errors
-    /// As [`run_episode`](Self::run_episode).
+    /// As [`step`](Self::step).
     pub fn run_episode_unless(
         &mut self,
         stop: &AtomicBool,
         mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<Option<EpisodeRecord>, PipelineError> {
-        let start = self.env.reset();
-        let mut state = self.pipeline.begin_episode(&start);
-        self.tell_distance(state);
-        let mut record = self.begin_record();
         while !stop.load(Ordering::Relaxed) {
-            let action = self.agent.select_action(Situation {
-                state,
-                advice: self.pipeline.advice(),
-            });
-            let step = self.env.step(action);
-            self.step += 1;
-            let seen = self.pipeline.observe(action, &step)?;
-            if seen.new_state {
-                self.tell_distance(seen.state);
-            }
-            if seen.first_goal {
-                self.first_goal_step.get_or_insert(self.step);
-                info!(name: "first_goal", step = self.step, nodes = self.pipeline.transitions().num_states(), "first_goal");
-            }
-            if seen.lost_goal {
-                info!(name: "goal_lost", step = self.step, "goal_lost");
-            }
-            if let Some(refresh) = &seen.refresh {
-                self.take_up(refresh);
-                on_refresh(refresh, &self.pipeline);
-            }
-            let reward = step.reward + seen.bonus;
-            let learnt = self.agent.update(&Experience {
-                state,
-                action,
-                reward,
-                shaping: seen.shaping,
-                next: Situation {
-                    state: seen.state,
-                    advice: self.pipeline.advice(),
-                },
-                status: step.status,
-            });
-            record.length += 1;
-            record.td_squares += learnt.td_error * learnt.td_error;
-            record.plain_return += step.reward;
-            record.shaped_return += reward + seen.shaping;
-            state = seen.state;
-            if step.status.is_last() {
-                if !record.td_squares.is_finite() {
-                    return Err(PipelineError::Diverged { step: self.step });
-                }
-                return Ok(Some(self.end_record(record, step.status)));
+            if let Some(record) = self.step(&mut on_refresh)? {
+                return Ok(Some(record));
             }
         }
         Ok(None)
+    }
+
+    /// Takes one step; the first one of an episode resets the environment. The record of the episode if this was its
+    /// last step.
+    ///
+    /// # Errors
+    /// As [`Walker::observe`]; [`PipelineError::Diverged`] at the end of an episode whose TD errors were no numbers any
+    /// more. The episode is then abandoned, and the next step begins a new one.
+    pub fn step(
+        &mut self,
+        on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
+    ) -> Result<Option<EpisodeRecord>, PipelineError> {
+        let mut record = match self.under_way.take() {
+            Some(record) => record,
+            None => self.begin_episode(),
+        };
+        let status = self.step_in(&mut record, on_refresh)?;
+        if !status.is_last() {
+            self.under_way = Some(record);
+            return Ok(None);
+        }
+        if !record.td_squares.is_finite() {
+            return Err(PipelineError::Diverged { step: self.step });
+        }
+        Ok(Some(self.end_record(record, status)))
+    }
+
+    fn step_in(
+        &mut self,
+        record: &mut EpisodeRecord,
+        mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
+    ) -> Result<StepStatus, PipelineError> {
+        let state = self.pipeline.walker().state();
+        let action = self.agent.select_action(Situation {
+            state,
+            advice: self.pipeline.advice(),
+        });
+        let step = self.env.step(action);
+        self.step += 1;
+        let seen = self.pipeline.observe(action, &step)?;
+        self.note(&seen);
+        if let Some(refresh) = &seen.refresh {
+            self.take_up(refresh);
+            on_refresh(refresh, &self.pipeline);
+        }
+        let reward = step.reward + seen.bonus;
+        let learnt = self.agent.update(&Experience {
+            state,
+            action,
+            reward,
+            shaping: seen.shaping,
+            next: Situation {
+                state: seen.state,
+                advice: self.pipeline.advice(),
+            },
+            status: step.status,
+        });
+        record.length += 1;
+        record.td_squares += learnt.td_error * learnt.td_error;
+        record.plain_return += step.reward;
+        record.shaped_return += reward + seen.shaping;
+        Ok(step.status)
+    }
+
+    fn begin_episode(&mut self) -> EpisodeRecord {
+        let start = self.env.reset();
+        let state = self.pipeline.begin_episode(&start);
+        self.tell_distance(state);
+        self.begin_record()
+    }
+
+    /// Logs what is rare.
+    fn note(&mut self, seen: &Observed) {
+        if seen.new_state {
+            self.tell_distance(seen.state);
+        }
+        if seen.first_goal {
+            self.first_goal_step.get_or_insert(self.step);
+            info!(name: "first_goal", step = self.step, nodes = self.pipeline.transitions().num_states(), "first_goal");
+        }
+        if seen.lost_goal {
+            info!(name: "goal_lost", step = self.step, "goal_lost");
+        }
     }
 
     /// Environment steps taken so far.
@@ -174,7 +235,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     fn tell_distance(&mut self, state: StateId) {
         if let Some(distance) = &self.on_discovery {
             let steps = distance(self.pipeline.graph().state(state));
-            self.pipeline.set_true_distance(state, steps);
+            self.pipeline.world_mut().set_true_distance(state, steps);
         }
     }
 

@@ -1,13 +1,14 @@
-//! What happened, as plain values: the rows of the result files.
+//! Records of episodes and refreshes, as plain values.
 
 use super::schedule::Moment;
 use crate::env::StepStatus;
 use crate::features::EmbeddingRefresh;
 use crate::shaping::PotentialFit;
 use crate::spectral::SpectrumRefresh;
+use serde::{Deserialize, Serialize};
 
-/// One episode.
-#[derive(Clone, Debug, PartialEq)]
+/// Sums over one episode.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeRecord {
     /// Number of the episode, from 0.
     pub episode: u64,

@@ -60,8 +60,8 @@ impl ScheduleParams {
     }
 }
 
-/// How large the graph is, and when that is looked at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Size of the graph at a moment of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Moment {
     /// Environment steps taken.
     pub step: u64,
@@ -73,8 +73,8 @@ pub struct Moment {
     pub pairs_tried: u64,
 }
 
-/// Remembers the last refresh of the features and the last fit.
-#[derive(Clone, Debug, Default)]
+/// Moments of the last refresh of the features and of the last fit.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RefreshSchedule {
     params: ScheduleParams,
     features: Option<Moment>,

@@ -1,9 +1,10 @@
 //! The clock of an episode: begun by a reset, ended by the task or by the step limit.
 
 use super::StepStatus;
+use serde::{Deserialize, Serialize};
 
 /// Counts the steps of an episode and says how it stands after each.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct EpisodeClock {
     max_steps: usize,
     elapsed: usize,

@@ -30,6 +30,7 @@ pub use tabular::{Caution, MdpState, Optimum, Outcome, TabularEnvironment, Tabul
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::hash::Hash;
 
@@ -40,7 +41,8 @@ pub const LARGEST_RETURN: f64 = 1e27;
 pub const SMALLEST_REWARD: f64 = 1e-30;
 
 /// The number of an action, `0..num_actions`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Action(pub u16);
 
 impl Action {
@@ -51,7 +53,7 @@ impl Action {
 }
 
 /// How an episode stands after a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StepStatus {
     /// The episode goes on.
     Running,

@@ -1,9 +1,10 @@
 //! The count bonus β/√N(s), the classic peer (Bellemare et al. 2016; Strehl & Littman 2008).
 
 use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
 
 /// Counts visits and pays for rare ones.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CountBonus {
     beta: f64,
     visits: Vec<u32>,

@@ -5,6 +5,7 @@
 
 use crate::graph::connectivity::{HopSearch, Links, UNREACHED};
 use crate::graph::{StateId, TransitionGraph};
+use serde::{Deserialize, Serialize};
 
 /// Possible steps in their direction.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +48,7 @@ impl Links for PossibleStepsBack<'_> {
 }
 
 /// Distances in hops, as of the last search.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Distances {
     search: HopSearch,
 }

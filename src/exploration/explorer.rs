@@ -1,4 +1,4 @@
-//! The explorer: where to look before the first goal, what is still worth a look after it.
+//! One explorer: where it looks before the first goal, what is still worth a look after it.
 //!
 //! **Before the first goal** it advises the way to the nearest promising untried action; one whose outcome is
 //! plain, because it undoes a step, is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
@@ -9,258 +9,195 @@
 //! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
 //! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.
 //!
-//! **When the last goal is lost** (it was entered and the episode went on), the first quest begins again, and known
+//! **When the last goal is lost** (it was entered and the episode went on), the first search begins again, and known
 //! states that were not entered since then are as good a place to look as untried actions: the goal may have moved
 //! to any of them.
+//!
+//! **Several explorers** share an [`ExplorationModel`]: what one finds out the others take notice of before their next
+//! step, and plan anew.
 
-mod look_ahead;
-mod quest;
-
-use super::ExplorationParams;
 use super::Optimism;
-use super::displacement::Displacements;
 use super::distances::Distances;
-use super::frontier::FrontierSearch;
-use super::stale::StaleStates;
+use super::frontier::{FrontierSearch, FrontierView, Interest};
+use super::model::{ExplorationModel, RecordedStep};
+use super::objective::{MAX_TRIES_WANTED, ObjectiveView, SearchObjective};
 use crate::env::Action;
-use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
-use quest::{MAX_TRIES_WANTED, Quest, QuestView};
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
-/// A goal as the explorer sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Destination {
-    /// Where it is.
-    pub state: StateId,
-    /// By how many steps it is worse than the best goal.
-    pub handicap: u32,
-}
-
-/// Frontier exploration with all it has learnt. Memory O(n · actions).
-#[derive(Clone, Debug)]
+/// One explorer: where it began, what it has planned, and its own random stream. Memory O(n).
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Explorer {
-    params: ExplorationParams,
     search: FrontierSearch,
-    displacements: Displacements,
     from_start: Distances,
-    to_goal: Distances,
-    destinations: Vec<Destination>,
-    /// By state: episodes end there. Shorter than the graph if the last states are none of these.
-    terminal: Vec<bool>,
-    stale: StaleStates,
-    /// A goal was lost and no other one found since.
-    is_lost: bool,
+    start: StateId,
     /// The action of the step before, within the episode.
     heading: Option<Action>,
-    start: StateId,
-    /// By quest: the state from which a search has found nothing. Searching again is no use until the graph or the
+    /// By objective: the state from which a search has found nothing. Searching again is no use until the graph or the
     /// start changes; until the next episode, if it was not the start, from where more may be in reach.
-    exhausted: [Option<StateId>; Quest::COUNT],
-    /// Steps since the first goal, and how many of them went into [`Quest::OtherGoal`].
-    steps: u64,
-    search_steps: u64,
-    /// The plan is one of [`Quest::OtherGoal`].
+    exhausted: [Option<StateId>; SearchObjective::COUNT],
+    /// The plan is one of [`SearchObjective::OtherGoal`].
     searching: bool,
-    /// A goal not seen yet may be worth more than those seen, at any distance.
-    goals_pay: bool,
-    /// Some action has been seen to have two outcomes.
-    stochastic: bool,
-    /// An action counts as tried after this many tries.
-    tries_wanted: u32,
+    /// What of the model it has taken notice of.
+    discoveries: u64,
+    goal_changes: u64,
     rng: ChaCha8Rng,
 }
 
 impl Explorer {
-    /// An explorer of a world with `num_actions` actions; `rng` breaks its ties.
-    pub fn new(params: ExplorationParams, num_actions: usize, rng: ChaCha8Rng) -> Self {
+    /// An explorer that stands nowhere yet; `rng` breaks its ties.
+    pub fn new(rng: ChaCha8Rng) -> Self {
         Self {
-            params,
             search: FrontierSearch::new(),
-            displacements: Displacements::new(num_actions),
             from_start: Distances::default(),
-            to_goal: Distances::default(),
-            destinations: Vec::new(),
-            terminal: Vec::new(),
-            stale: StaleStates::default(),
-            is_lost: false,
-            heading: None,
             start: StateId(0),
-            exhausted: [None; Quest::COUNT],
-            steps: 0,
-            search_steps: 0,
+            heading: None,
+            exhausted: [None; SearchObjective::COUNT],
             searching: false,
-            goals_pay: false,
-            stochastic: false,
-            tries_wanted: 1,
+            discoveries: 0,
+            goal_changes: 0,
             rng,
         }
     }
 
     /// Begins an episode in `start`, a state of `graph`. O(n + m) if the start is not that of the last episode and a
     /// goal is known, else O(1).
-    pub fn begin_episode(&mut self, graph: &TransitionGraph, start: StateId) {
-        self.displacements.add_start(start);
+    pub fn begin_episode(
+        &mut self,
+        model: &mut ExplorationModel,
+        graph: &TransitionGraph,
+        start: StateId,
+    ) {
+        self.take_notice(model, graph);
+        model.reckoning.add_start(start);
+        model.stale.enter(start);
         self.search.clear();
-        self.stale.enter(start);
         self.heading = None;
         for exhausted in &mut self.exhausted {
             *exhausted = exhausted.filter(|from| *from == start);
         }
         if start != self.start {
             self.start = start;
-            self.refresh(graph);
+            model.update_distances(graph);
+            self.search_anew(model, graph);
         }
     }
 
-    /// Learns from a step that the graph has recorded; `terminal` if the episode terminated in `to`, `first_time` if
-    /// this outcome was not seen before. O(1), or O(actions · degree) if it is new; where actions slip, amortised
-    /// O(log m).
+    /// Learns from a step of its own, and tells the model. O(1), or O(actions · degree) if the outcome is new; where
+    /// actions slip, amortised O(log m).
     pub fn learn(
         &mut self,
+        model: &mut ExplorationModel,
         graph: &TransitionGraph,
-        from: StateId,
-        action: Action,
-        to: StateId,
-        terminal: bool,
-        first_time: bool,
+        step: RecordedStep,
     ) {
-        self.search.advance(from, action);
-        self.heading = Some(action);
-        if !self.destinations.is_empty() {
-            self.steps += 1;
-            self.search_steps += u64::from(self.searching);
+        self.take_notice(model, graph);
+        self.search.advance(step.from, step.action);
+        self.heading = Some(step.action);
+        if step.first_time {
+            self.exhausted[SearchObjective::FirstGoal as usize] = None;
+            self.from_start.append(step.from, step.to);
         }
-        if terminal {
-            self.terminal
-                .resize(self.terminal.len().max(to.index() + 1), false);
-            self.terminal[to.index()] = true;
-        }
-        self.stale.enter(to);
-        if first_time {
-            self.stochastic |= graph.tries(from, action) > 1;
-            self.exhausted[Quest::FirstGoal as usize] = None;
-            self.displacements.learn(graph, from, action, to);
-            self.from_start.append(from, to);
-            self.to_goal.append(from, to);
-        }
-        self.displacements.count_step(graph);
+        model.learn(graph, step, self.searching);
+        self.discoveries = model.discoveries;
     }
 
-    /// Tells whether a goal has paid more than nothing. Where rewards are only costs the nearest goal is the best one, as
-    /// far as anybody can know; where goals pay, one not seen yet may pay more, wherever it is.
-    pub fn set_goals_pay(&mut self, goals_pay: bool) {
-        self.goals_pay = goals_pay;
-    }
-
-    /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).
-    pub fn set_destinations(&mut self, graph: &TransitionGraph, destinations: &[Destination]) {
-        self.destinations.clear();
-        self.destinations.extend_from_slice(destinations);
-        if !destinations.is_empty() {
-            self.is_lost = false;
-            self.stale.clear();
-        }
-        self.search.clear();
-        self.refresh(graph);
-    }
-
-    /// The agent stands in `state`, a goal until now, and the episode went on: it is none any more. If it was the last
-    /// one, all other states become worth a look. O(n + m).
-    pub fn forget_destination(&mut self, graph: &TransitionGraph, state: StateId) {
-        if let Some(terminal) = self.terminal.get_mut(state.index()) {
-            *terminal = false;
-        }
-        self.destinations.retain(|goal| goal.state != state);
+    /// It stands on a goal that is none any more.
+    pub fn lose_goal(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
         self.searching = false;
-        self.search.clear();
-        if self.destinations.is_empty() {
-            self.is_lost = true;
-            self.mark_stale(graph, state);
+        self.take_notice(model, graph);
+    }
+
+    /// Catches up with what others have found and with goals that came or went. O(1) if nothing did; O(n + m) if the
+    /// goals changed.
+    pub fn take_notice(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
+        if self.goal_changes != model.goal_changes {
+            self.goal_changes = model.goal_changes;
+            self.search.clear();
+            self.search_anew(model, graph);
         }
-        self.refresh(graph);
+        if self.discoveries != model.discoveries {
+            self.discoveries = model.discoveries;
+            self.exhausted[SearchObjective::FirstGoal as usize] = None;
+            if !self.is_plan_wanted(model, graph) {
+                self.search.clear();
+            }
+        }
     }
 
-    /// Hops from the farthest state that can reach a goal, handicaps included; 0 before the first goal.
-    pub fn eccentricity(&self) -> u32 {
-        self.to_goal.eccentricity()
+    /// Whether what the plan ends with is still worth a try: others may have tried it.
+    fn is_plan_wanted(&self, model: &ExplorationModel, graph: &TransitionGraph) -> bool {
+        let objective = match (model.destinations.is_empty(), self.searching) {
+            (true, _) => SearchObjective::FirstGoal,
+            (false, true) => SearchObjective::OtherGoal,
+            (false, false) => SearchObjective::ShorterPath,
+        };
+        let view = ObjectiveView::new(model, graph, objective, self.start, &self.from_start);
+        let end = self.search.end();
+        end.is_some_and(|(state, action)| view.interest(state, action) != Interest::None)
     }
 
-    /// All states but the one where the agent stands may have become goals.
-    fn mark_stale(&mut self, graph: &TransitionGraph, here: StateId) {
-        self.stale.mark_all(graph.num_states());
-        self.stale.enter(here);
-    }
-
-    fn refresh(&mut self, graph: &TransitionGraph) {
-        self.exhausted = [None; Quest::COUNT];
-        if !self.destinations.is_empty() {
+    /// Nothing is known to be out of reach; hops from the start anew, once a goal is known.
+    fn search_anew(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
+        self.exhausted = [None; SearchObjective::COUNT];
+        if !model.destinations.is_empty() {
             self.from_start.search_from(graph, self.start);
-            let goals: Vec<_> = self
-                .destinations
-                .iter()
-                .map(|goal| (goal.state, goal.handicap))
-                .collect();
-            self.to_goal.search_to(graph, &goals);
         }
+    }
+
+    /// What the plan ends with: the state and action it is made for.
+    #[cfg(test)]
+    pub(super) fn planned_end(&self) -> Option<(StateId, Action)> {
+        self.search.end()
     }
 
     /// Writes the advice for `state` into `advice`, one logit per action: `frontier_advice` on the next step of the
-    /// quest in hand, if there is one; else, once a goal is known, `potential_advice` times the expected rise of
-    /// `potential` along each action, in units of `unit` > 0, the rise that one step towards the goal is worth on
-    /// average. O(out-degree) on the way; a new plan costs a search of the states nearer than its end.
+    /// search in hand, if there is one; else, once a goal is known, the [look-ahead](ExplorationModel::look_ahead).
+    /// O(out-degree) on the way; a new plan costs a search of the states nearer than its end.
     ///
     /// # Panics
     /// If `state` is not in `graph`, or `advice` is shorter than the actions are many.
     pub fn advise(
         &mut self,
+        model: &mut ExplorationModel,
         graph: &TransitionGraph,
         state: StateId,
         potential: &impl Potential,
         unit: f64,
         advice: &mut [f64],
     ) {
-        advice.fill(0.0);
-        if let Some(action) = self.plan(graph, state) {
-            advice[action.index()] = self.params.frontier_advice;
-        } else if !self.destinations.is_empty() {
-            self.advise_climb(graph, state, potential, unit, advice);
+        self.take_notice(model, graph);
+        match self.plan(model, graph, state) {
+            Some(action) => {
+                advice.fill(0.0);
+                advice[action.index()] = model.params.frontier_advice;
+            }
+            None => model.look_ahead(graph, state, potential, unit, advice),
         }
     }
 
-    /// As [`Self::advise`] without quests: the part of the advice that lasts. All 0 before the first goal.
-    ///
-    /// # Panics
-    /// As [`Self::advise`].
-    pub fn look_ahead(
+    /// The next step of the search in hand, if there is one.
+    pub(super) fn plan(
         &mut self,
+        model: &mut ExplorationModel,
         graph: &TransitionGraph,
         state: StateId,
-        potential: &impl Potential,
-        unit: f64,
-        advice: &mut [f64],
-    ) {
-        advice.fill(0.0);
-        if !self.destinations.is_empty() {
-            self.advise_climb(graph, state, potential, unit, advice);
-        }
-    }
-
-    /// The next step of the quest in hand, if there is one.
-    fn plan(&mut self, graph: &TransitionGraph, state: StateId) -> Option<Action> {
+    ) -> Option<Action> {
         if let Some(action) = self.search.planned(state) {
             return Some(action);
         }
-        if self.destinations.is_empty() {
-            let found = self.look(graph, state, Quest::FirstGoal)
-                || (self.stochastic && self.look_closer(graph, state))
-                || (self.is_lost && self.look_again(graph, state));
+        if model.destinations.is_empty() {
+            let found = self.look(model, graph, state, SearchObjective::FirstGoal)
+                || (model.stochastic && self.look_closer(model, graph, state))
+                || (model.is_lost && self.look_again(model, graph, state));
             return self.search.planned(state).filter(|_| found);
         }
-        for quest in [Quest::ShorterPath, Quest::OtherGoal] {
-            if self.is_wanted(quest, state) && self.look(graph, state, quest) {
-                self.searching = quest == Quest::OtherGoal;
+        for objective in [SearchObjective::ShorterPath, SearchObjective::OtherGoal] {
+            if self.is_wanted(model, objective, state) && self.look(model, graph, state, objective)
+            {
+                self.searching = objective == SearchObjective::OtherGoal;
                 return self.search.planned(state);
             }
         }
@@ -269,39 +206,54 @@ impl Explorer {
     }
 
     /// Everything was tried often enough, but where actions slip a door may have been missed: asks for one more try.
-    fn look_closer(&mut self, graph: &TransitionGraph, state: StateId) -> bool {
-        if self.tries_wanted == MAX_TRIES_WANTED {
+    fn look_closer(
+        &mut self,
+        model: &mut ExplorationModel,
+        graph: &TransitionGraph,
+        state: StateId,
+    ) -> bool {
+        if model.tries_wanted == MAX_TRIES_WANTED {
             return false;
         }
-        self.tries_wanted += 1;
-        self.exhausted[Quest::FirstGoal as usize] = None;
-        self.look(graph, state, Quest::FirstGoal)
+        model.tries_wanted += 1;
+        self.exhausted[SearchObjective::FirstGoal as usize] = None;
+        self.look(model, graph, state, SearchObjective::FirstGoal)
     }
 
     /// Everything in reach was entered since the goal was lost, and it is nowhere: it may have moved meanwhile. Stale
     /// states that are out of reach here may not be so from the start.
-    fn look_again(&mut self, graph: &TransitionGraph, state: StateId) -> bool {
-        if !self.stale.is_empty() && state != self.start {
+    fn look_again(
+        &mut self,
+        model: &mut ExplorationModel,
+        graph: &TransitionGraph,
+        state: StateId,
+    ) -> bool {
+        if !model.stale.is_empty() && state != self.start {
             return false;
         }
-        self.mark_stale(graph, state);
-        self.exhausted[Quest::FirstGoal as usize] = None;
-        self.look(graph, state, Quest::FirstGoal)
+        model.mark_stale(graph, state);
+        self.exhausted[SearchObjective::FirstGoal as usize] = None;
+        self.look(model, graph, state, SearchObjective::FirstGoal)
     }
 
     /// Looking for other goals may cost one best path, and `search_share` of the steps on top. It begins at the start
     /// of an episode, so that near goals are found first, once there is enough for a trip as long as the best path.
-    fn is_wanted(&self, quest: Quest, state: StateId) -> bool {
-        match (quest, self.params.optimism) {
+    fn is_wanted(
+        &self,
+        model: &ExplorationModel,
+        objective: SearchObjective,
+        state: StateId,
+    ) -> bool {
+        match (objective, model.params.optimism) {
             (_, Optimism::None) => false,
-            (Quest::OtherGoal, Optimism::SeenGoals) => {
-                let trip = f64::from(self.to_goal.get(self.start));
-                let share = if self.goals_pay {
-                    self.params.reward_search_share
+            (SearchObjective::OtherGoal, Optimism::SeenGoals) => {
+                let trip = f64::from(model.to_goal.get(self.start));
+                let share = if model.goals_pay {
+                    model.params.reward_search_share
                 } else {
-                    self.params.search_share
+                    model.params.search_share
                 };
-                let left = trip + share * self.steps as f64 - self.search_steps as f64;
+                let left = trip + share * model.steps as f64 - model.search_steps as f64;
                 if self.searching {
                     left > 0.0
                 } else {
@@ -312,40 +264,24 @@ impl Explorer {
         }
     }
 
-    /// Plans a step of `quest` from `state`; whether there is one.
-    fn look(&mut self, graph: &TransitionGraph, state: StateId, quest: Quest) -> bool {
-        if self.exhausted[quest as usize].is_some() {
+    /// Plans a step of `objective` from `state`; whether there is one.
+    fn look(
+        &mut self,
+        model: &ExplorationModel,
+        graph: &TransitionGraph,
+        state: StateId,
+        objective: SearchObjective,
+    ) -> bool {
+        if self.exhausted[objective as usize].is_some() {
             return false;
         }
-        let mut view = QuestView {
-            graph,
-            displacements: &mut self.displacements,
-            from_start: &self.from_start,
-            destinations: &self.destinations,
-            terminal: &self.terminal,
-            tries_wanted: if quest == Quest::FirstGoal {
-                self.tries_wanted
-            } else {
-                1
-            },
-            stale: &self.stale,
-            quest,
-            best: match quest {
-                Quest::OtherGoal if self.goals_pay => UNREACHED,
-                _ => self.to_goal.get(self.start),
-            },
-        };
+        let view = ObjectiveView::new(model, graph, objective, self.start, &self.from_start);
         let found = self
             .search
-            .search(&mut view, state, self.heading, &mut self.rng);
+            .search(&view, state, self.heading, &mut self.rng);
         if !found {
-            self.exhausted[quest as usize] = Some(state);
+            self.exhausted[objective as usize] = Some(state);
         }
         found
     }
 }
-
-#[cfg(test)]
-mod follower;
-#[cfg(test)]
-mod tests;

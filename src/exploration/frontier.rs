@@ -8,6 +8,7 @@ use crate::env::Action;
 use crate::graph::StateId;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// What an untried action is worth to the search.
@@ -26,26 +27,31 @@ pub trait FrontierView {
     /// Number of actions of every state.
     fn num_actions(&self) -> usize;
     /// The state that `action` leads to, if that is known well enough to walk there.
-    fn successor(&mut self, state: StateId, action: Action) -> Option<StateId>;
+    fn successor(&self, state: StateId, action: Action) -> Option<StateId>;
     /// The worth of taking `action` in `state`: what may come of it if it was never tried.
-    fn interest(&mut self, state: StateId, action: Action) -> Interest;
+    fn interest(&self, state: StateId, action: Action) -> Interest;
     /// Of the promising actions of a state none of which goes straight on, those are taken that have the most of this.
-    fn preference(&mut self, _state: StateId, _action: Action) -> u32 {
+    fn preference(&self, _state: StateId, _action: Action) -> u32 {
         0
     }
 }
 
 /// The plan and the buffers of the search: 12 bytes a state. A search allocates only if the graph has grown or the
 /// plan or the queue is longer than ever before.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FrontierSearch {
     /// Steps still to take, last one first.
     plan: Vec<(StateId, Action)>,
-    /// `visited[s] == epoch` if the running search has seen s.
+    /// `visited[s] == epoch` if the running search has seen s. This and what follows are empty after reading, which is as good.
+    #[serde(skip)]
     visited: Vec<u32>,
+    #[serde(skip)]
     epoch: u32,
+    #[serde(skip)]
     parent: Vec<(StateId, Action)>,
+    #[serde(skip)]
     queue: VecDeque<StateId>,
+    #[serde(skip)]
     candidates: Vec<Action>,
 }
 
@@ -61,6 +67,11 @@ impl FrontierSearch {
             .last()
             .filter(|step| step.0 == state)
             .map(|step| step.1)
+    }
+
+    /// The last step of the plan: what it is made for.
+    pub fn end(&self) -> Option<(StateId, Action)> {
+        self.plan.first().copied()
     }
 
     /// Forgets the plan.
@@ -82,7 +93,7 @@ impl FrontierSearch {
     /// start), then to the preferred one, then to chance. O(states and transitions nearer than the frontier).
     pub fn search(
         &mut self,
-        view: &mut impl FrontierView,
+        view: &impl FrontierView,
         from: StateId,
         heading: Option<Action>,
         rng: &mut ChaCha8Rng,
@@ -113,7 +124,7 @@ impl FrontierSearch {
     /// The promising action of `state` to try, if any; remembers the first last resort on the way.
     fn choose(
         &mut self,
-        view: &mut impl FrontierView,
+        view: &impl FrontierView,
         state: StateId,
         arriving: Option<Action>,
         last_resort: &mut Option<(StateId, Action)>,
@@ -140,7 +151,7 @@ impl FrontierSearch {
     }
 
     /// Strikes out the candidates that are not the most preferred ones.
-    fn keep_preferred(&mut self, view: &mut impl FrontierView, state: StateId) {
+    fn keep_preferred(&mut self, view: &impl FrontierView, state: StateId) {
         let mut best = 0;
         let mut kept = 0;
         for i in 0..self.candidates.len() {
@@ -158,7 +169,7 @@ impl FrontierSearch {
     }
 
     /// Enqueues the unvisited successors of `state`, from a random action on.
-    fn expand(&mut self, view: &mut impl FrontierView, state: StateId, rng: &mut ChaCha8Rng) {
+    fn expand(&mut self, view: &impl FrontierView, state: StateId, rng: &mut ChaCha8Rng) {
         let num_actions = view.num_actions();
         let offset = rng.random_range(0..num_actions);
         for i in 0..num_actions {
@@ -225,12 +236,12 @@ mod tests {
             self.world.num_actions()
         }
 
-        fn successor(&mut self, state: StateId, action: Action) -> Option<StateId> {
+        fn successor(&self, state: StateId, action: Action) -> Option<StateId> {
             let next = self.world.moves[state.index()][action.index()];
             Some(StateId(next as u32))
         }
 
-        fn interest(&mut self, state: StateId, action: Action) -> Interest {
+        fn interest(&self, state: StateId, action: Action) -> Interest {
             let place = (state.index(), action.0);
             let found = self.interests.iter().find(|(s, a, _)| (*s, *a) == place);
             found.map_or(Interest::None, |found| found.2)
@@ -268,12 +279,12 @@ mod tests {
                 .into_iter()
                 .map(|(s, a, promising)| (s % n, a, kind(promising)))
                 .collect();
-            let mut known = Known { world, interests };
+            let known = Known { world, interests };
             let mut search = FrontierSearch::new();
-            let found = search.search(&mut known, StateId(from as u32), None, &mut rng(seed));
+            let found = search.search(&known, StateId(from as u32), None, &mut rng(seed));
             let hops = known.world.hops_from(from);
             let places: Vec<_> = (0..n).flat_map(|s| (0..4).map(move |a| (s, a))).collect();
-            let mut nearest = |wanted| {
+            let nearest = |wanted| {
                 let wanted: Vec<_> = places
                     .iter()
                     .filter(|&&(s, a)| known.interest(StateId(s as u32), Action(a)) == wanted)
@@ -297,19 +308,19 @@ mod tests {
     fn of_equals_the_one_straight_ahead_is_taken_else_any() {
         let world = World::grid(1, 5, |_, _| false);
         let interests = (0..4).map(|a| (4, a, Interest::Promising)).collect();
-        let mut known = Known { world, interests };
+        let known = Known { world, interests };
         let mut search = FrontierSearch::new();
         let mut first_choices = [0; 4];
         for seed in 0..100 {
-            assert!(search.search(&mut known, StateId(0), None, &mut rng(seed)));
+            assert!(search.search(&known, StateId(0), None, &mut rng(seed)));
             let path = follow(&mut search, &known.world, 0);
             assert!(
                 path.iter().all(|step| step.1 == 1),
                 "to the right and on: {path:?}"
             );
-            search.search(&mut known, StateId(4), Some(Action(2)), &mut rng(seed));
+            search.search(&known, StateId(4), Some(Action(2)), &mut rng(seed));
             assert_eq!(search.planned(StateId(4)), Some(Action(2)));
-            search.search(&mut known, StateId(4), None, &mut rng(seed));
+            search.search(&known, StateId(4), None, &mut rng(seed));
             first_choices[search.planned(StateId(4)).expect("there are four").index()] += 1;
         }
         assert!(first_choices.iter().all(|&n| n > 10), "{first_choices:?}");
@@ -323,15 +334,15 @@ mod tests {
             4
         }
 
-        fn successor(&mut self, _: StateId, _: Action) -> Option<StateId> {
+        fn successor(&self, _: StateId, _: Action) -> Option<StateId> {
             None
         }
 
-        fn interest(&mut self, _: StateId, _: Action) -> Interest {
+        fn interest(&self, _: StateId, _: Action) -> Interest {
             Interest::Promising
         }
 
-        fn preference(&mut self, _: StateId, action: Action) -> u32 {
+        fn preference(&self, _: StateId, action: Action) -> u32 {
             u32::from(action.0 / 2)
         }
     }
@@ -341,9 +352,9 @@ mod tests {
         let mut search = FrontierSearch::new();
         let mut taken = [0; 4];
         for seed in 0..100 {
-            search.search(&mut Choosy, StateId(0), None, &mut rng(seed));
+            search.search(&Choosy, StateId(0), None, &mut rng(seed));
             taken[search.planned(StateId(0)).expect("all promise").index()] += 1;
-            search.search(&mut Choosy, StateId(0), Some(Action(1)), &mut rng(seed));
+            search.search(&Choosy, StateId(0), Some(Action(1)), &mut rng(seed));
             assert_eq!(search.planned(StateId(0)), Some(Action(1)));
         }
         assert!(
@@ -355,12 +366,12 @@ mod tests {
     #[test]
     fn a_plan_is_forgotten_when_the_agent_leaves_it() {
         let world = World::grid(1, 5, |_, _| false);
-        let mut known = Known {
+        let known = Known {
             world,
             interests: vec![(4, 1, Interest::Promising)],
         };
         let mut search = FrontierSearch::new();
-        assert!(search.search(&mut known, StateId(0), None, &mut rng(0)));
+        assert!(search.search(&known, StateId(0), None, &mut rng(0)));
         search.advance(StateId(0), Action(1));
         assert_eq!(search.planned(StateId(1)), Some(Action(1)));
         assert_eq!(
@@ -370,7 +381,7 @@ mod tests {
         );
         search.advance(StateId(1), Action(0));
         assert_eq!(search.planned(StateId(1)), None);
-        assert!(search.search(&mut known, StateId(1), None, &mut rng(0)));
+        assert!(search.search(&known, StateId(1), None, &mut rng(0)));
         search.clear();
         assert_eq!(search.planned(StateId(1)), None);
     }
@@ -378,14 +389,14 @@ mod tests {
     #[test]
     fn the_number_of_searches_may_wrap() {
         let world = World::grid(1, 3, |_, _| false);
-        let mut known = Known {
+        let known = Known {
             world,
             interests: vec![(2, 1, Interest::Promising)],
         };
         let mut search = FrontierSearch::new();
         search.epoch = u32::MAX - 1;
         for _ in 0..4 {
-            assert!(search.search(&mut known, StateId(0), None, &mut rng(0)));
+            assert!(search.search(&known, StateId(0), None, &mut rng(0)));
             assert_eq!(follow(&mut search, &known.world, 0).len(), 3);
         }
     }

@@ -4,144 +4,30 @@
 //! `frontier` exploration advises the policy instead of the reward: it adds to the logits of the actor (look-ahead
 //! advice, Wiewiora, Cottrell & Elkan 2003), so that values and shaped rewards stay what they are.
 //!
-//! - [`frontier`]: shortest known path to the nearest state with something left to try.
-//! - [`displacement`]: what actions do, so that nothing is tried whose outcome is plain.
-//! - [`distances`]: hops from the start and to the goals on the visited graph.
-//! - [`stale`]: what has to be looked at again when a goal was lost.
-//! - [`explorer`]: puts them together, before the first goal and after it.
-//! - [`count_bonus`]: β/√N, the peer.
+//! | type | is |
+//! |---|---|
+//! | [`ExplorationModel`] | what is known of a world, shared by all explorers in it: what actions do, goals and hops to them, look-ahead advice |
+//! | [`Explorer`] | where one of them stands: its plan, a shortest known path to the nearest state with something left to try |
+//! | [`CountBonus`] | β/√N, the peer |
 
-pub mod count_bonus;
-pub mod displacement;
-pub mod distances;
-pub mod explorer;
+mod count_bonus;
+mod dead_reckoning;
+mod distances;
+mod explorer;
 #[cfg(test)]
 mod fixtures;
-pub mod frontier;
-pub mod stale;
+#[cfg(test)]
+mod follower;
+mod frontier;
+mod look_ahead;
+mod model;
+mod objective;
+mod params;
+mod stale;
+#[cfg(test)]
+mod tests;
 
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;
-
-use crate::env::LARGEST_RETURN;
-use crate::parameter::{ParameterError, Section};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// Which exploration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ExplorationKind {
-    /// The nearest state with untried actions, as advice to the policy.
-    #[default]
-    Frontier,
-    /// β/√N added to the reward.
-    CountBonus,
-    /// The policy's own randomness.
-    None,
-}
-
-/// What is looked for once a goal has been reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Optimism {
-    /// Shorter paths to the goals seen: an untried action is tried if the best that it could lead to beats the best path known.
-    #[default]
-    SeenGoals,
-    /// Also goals not seen yet: an untried action might lead straight to one (R-max, Brafman & Tennenholtz 2002).
-    AnyGoal,
-    /// Nothing: the agent settles for the first path.
-    None,
-}
-
-/// Parameters of the exploration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct ExplorationParams {
-    /// frontier | count-bonus | none
-    pub kind: ExplorationKind,
-    /// Logits added to the action on the way to the frontier.
-    pub frontier_advice: f64,
-    /// Logits added for a rise of the potential worth one step, once a goal has been reached.
-    pub potential_advice: f64,
-    /// What is looked for once a goal has been reached: seen-goals | any-goal | none
-    pub optimism: Optimism,
-    /// With `seen-goals`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
-    pub search_share: f64,
-    /// The same once a goal has paid more than nothing (a reward above 0): another one may pay more, however far it is.
-    pub reward_search_share: f64,
-    /// β of the count bonus, in units of reward.
-    pub bonus: f64,
-}
-
-impl Default for ExplorationParams {
-    fn default() -> Self {
-        Self {
-            kind: ExplorationKind::Frontier,
-            frontier_advice: 12.0,
-            potential_advice: 20.0,
-            optimism: Optimism::SeenGoals,
-            search_share: 0.005,
-            reward_search_share: 0.8,
-            bonus: 1.0,
-        }
-    }
-}
-
-impl ExplorationParams {
-    /// Checks every rule.
-    ///
-    /// # Errors
-    /// The first key that breaks its rule.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        let non_negative = "at least 0 and below 1e27";
-        let share = "at least 0 and below 1";
-        let checks = [
-            (
-                "frontier_advice",
-                self.frontier_advice,
-                LARGEST_RETURN,
-                non_negative,
-            ),
-            (
-                "potential_advice",
-                self.potential_advice,
-                LARGEST_RETURN,
-                non_negative,
-            ),
-            ("bonus", self.bonus, LARGEST_RETURN, non_negative),
-            ("search_share", self.search_share, 1.0, share),
-            ("reward_search_share", self.reward_search_share, 1.0, share),
-        ];
-        for (key, value, limit, rule) in checks {
-            let holds = (0.0..limit).contains(&value);
-            Section("exploration").number(key, value, holds, rule)?;
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn defaults_are_valid_and_broken_rules_name_their_key() {
-        ExplorationParams::default()
-            .validate()
-            .expect("defaults are valid");
-        let broken = ExplorationParams {
-            search_share: 1.0,
-            ..Default::default()
-        };
-        assert_eq!(
-            broken.validate().expect_err("1 is too much").key,
-            "search_share"
-        );
-        let broken = ExplorationParams {
-            bonus: f64::NAN,
-            ..Default::default()
-        };
-        assert_eq!(broken.validate().expect_err("NaN is no bonus").key, "bonus");
-    }
-}
+pub use model::{Destination, ExplorationModel, RecordedStep};
+pub use params::{ExplorationKind, ExplorationParams, Optimism};

@@ -1,9 +1,10 @@
 //! Which states may have changed behind the agent's back: those not entered since a goal was lost.
 
 use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
 
 /// A set of states that shrinks as they are entered. Memory and [`mark_all`](Self::mark_all) O(n), the rest O(1).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct StaleStates {
     is_stale: Vec<bool>,
     left: usize,

@@ -3,7 +3,7 @@
 //! | source | a row is | moves when the graph grows |
 //! |---|---|---|
 //! | [`pvf`](crate::spectral::ProtoValueFunctions) | the state's entries of the lowest Laplacian eigenvectors | a little (aligned) |
-//! | [`deepwalk`](DeepWalk) | the state's skip-gram vector over random walks (section 2.4 of the source report) | a little (warm start) |
+//! | [`deepwalk`](DeepWalk) | the state's skip-gram vector over random walks (section 2.4 of the source paper) | a little (warm start) |
 //! | [`random`](RandomFeatures) | normal numbers, drawn once when the state is found | never |
 //! | `constant` | 1 | never |
 //!

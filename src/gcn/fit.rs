@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a fit did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FitReport {
+pub struct FitStatistics {
     /// Steps of the optimiser.
     pub epochs: usize,
     /// Loss of the weights that the fit began with.
@@ -40,7 +40,7 @@ pub fn fit_classifier(
     features: MatRef<'_, f64>,
     labels: &[(u32, usize)],
     params: &GcnParams,
-) -> Result<(Mat<f64>, FitReport), GcnError> {
+) -> Result<(Mat<f64>, FitStatistics), GcnError> {
     params.validate()?;
     assert_eq!(
         adjacency.num_nodes(),
@@ -88,9 +88,9 @@ impl Fit<'_> {
         gcn: &mut Gcn,
         adam: &mut Adam,
         epochs: usize,
-    ) -> Result<FitReport, GcnError> {
+    ) -> Result<FitStatistics, GcnError> {
         let initial_loss = self.evaluate(gcn, 0)?;
-        let mut report = FitReport {
+        let mut statistics = FitStatistics {
             epochs,
             initial_loss,
             loss: initial_loss,
@@ -105,9 +105,9 @@ impl Fit<'_> {
                 &mut gradient,
             );
             adam.step(gcn, &gradient);
-            report.loss = self.evaluate(gcn, epoch)?;
+            statistics.loss = self.evaluate(gcn, epoch)?;
         }
-        Ok(report)
+        Ok(statistics)
     }
 
     /// The loss after `epoch` steps; leaves what the next step needs in the buffers.

@@ -1,4 +1,4 @@
-//! The graph convolutional network: Φ(X) = softmax(T̂ relu(T̂X W0 + b0) W1 + b1) (source report, "Sparse Reward
+//! The graph convolutional network: Φ(X) = softmax(T̂ relu(T̂X W0 + b0) W1 + b1) (source paper, "Sparse Reward
 //! Propagation for Deep Reinforcement Learning", eq. 5; Kipf & Welling, ICLR 2017).
 //!
 //! | symbol | what | shape | where |
@@ -35,10 +35,10 @@
 //! let mut adam = Adam::new(&gcn, params.learning_rate);
 //! let propagation = Propagation::new(&adjacency);
 //! let labels = [(0, 0), (2, 1)];
-//! let (probabilities, report) = fit_classifier(
+//! let (probabilities, statistics) = fit_classifier(
 //!     &mut gcn, &mut adam, &propagation, &adjacency, features.as_ref(), &labels, &params,
 //! )?;
-//! assert!(report.loss < report.initial_loss);
+//! assert!(statistics.loss < statistics.initial_loss);
 //! assert!(probabilities[(2, 1)] > probabilities[(0, 1)]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -59,7 +59,7 @@ mod workspace;
 
 pub use adam::Adam;
 pub use error::GcnError;
-pub use fit::{FitReport, fit_classifier};
+pub use fit::{FitStatistics, fit_classifier};
 pub use layer::GraphConv;
 pub use loss::{ClassifierLoss, LossWorkspace};
 pub use model::Gcn;

@@ -1,4 +1,4 @@
-//! Two graph convolutions with a ReLU between them: Z = T̂ relu(T̂X W0 + b0) W1 + b1 (source report, eq. 5,
+//! Two graph convolutions with a ReLU between them: Z = T̂ relu(T̂X W0 + b0) W1 + b1 (source paper, eq. 5,
 //! before its softmax, which belongs to the [loss](super::ClassifierLoss)).
 //!
 //! With G = ∂loss/∂Z, P = T̂G and H = relu(S), S = T̂X W0 + b0:

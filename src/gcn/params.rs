@@ -5,17 +5,17 @@ use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the network and of its fit; the defaults are those of section 4.3 of the source report.
+/// Parameters of the network and of its fit; the defaults are those of section 4.3 of the source paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, rename_all = "snake_case")]
 pub struct GcnParams {
     /// What the network sees of a state: `pvf`, `deepwalk`, `random` or `constant`.
     pub features: FeatureSource,
-    /// Hidden units, 1 to 65 536 (report: 16).
+    /// Hidden units, 1 to 65 536 (paper: 16).
     pub hidden_dim: usize,
-    /// Adam's step size, above 0 (report: 0.01).
+    /// Adam's step size, above 0 (paper: 0.01).
     pub learning_rate: f64,
-    /// Epochs of a fit, at most 1 000 000; 0 leaves the weights as they are (report: 40).
+    /// Epochs of a fit, at most 1 000 000; 0 leaves the weights as they are (paper: 40).
     pub epochs: usize,
     /// λ ≥ 0 of the smoothness loss (λ / |E|) φᵀLφ. Without it two labels leave every other node free.
     pub smoothness: f64,

@@ -1,5 +1,5 @@
 //! T̂ = D̃^-1/2 (A + I) D̃^-1/2 with D̃ the row sums of A + I: the renormalised adjacency of Kipf & Welling,
-//! "Semi-Supervised Classification with Graph Convolutional Networks", ICLR 2017; source report, eq. 5.
+//! "Semi-Supervised Classification with Graph Convolutional Networks", ICLR 2017; source paper, eq. 5.
 //!
 //! T̂ is symmetric and its spectrum lies in (−1, 1]. An isolated node has T̂_ii = 1: it hears itself. A
 //! self-loop of A adds to the one that I brings. Because T̂ᵀ = T̂, the same product serves the backward pass.

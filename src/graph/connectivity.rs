@@ -6,6 +6,7 @@
 //! steps **to** it, one-way passages respected.
 
 use super::{Adjacency, StateId, SymmetricCsr, TransitionGraph};
+use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
 /// The hops of a node that no source reaches.
@@ -72,7 +73,7 @@ impl Links for Entering<'_> {
 }
 
 /// A breadth-first search and its buffers: the next search of a graph no larger allocates nothing.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct HopSearch {
     hops: Vec<u32>,
     reached: Vec<u32>,

@@ -20,7 +20,7 @@ pub struct TrialResult {
     pub episodes: usize,
     /// Environment steps taken.
     pub steps: u64,
-    /// ρ(T) = T R* − Σ R_t in units of reward (eq. 15 of the source report).
+    /// ρ(T) = T R* − Σ R_t in units of reward (eq. 15 of the source paper).
     pub regret: f64,
     /// Mean length of an episode under the best policy.
     pub optimal_steps: f64,

@@ -13,7 +13,7 @@ pub struct SeedResult {
     pub episodes: usize,
     /// Environment steps taken.
     pub steps: u64,
-    /// ρ(T) = T R* − Σ R_t in units of reward (eq. 15 of the source report), with R* the best expected return.
+    /// ρ(T) = T R* − Σ R_t in units of reward (eq. 15 of the source paper), with R* the best expected return.
     pub regret: f64,
     /// Mean length of an episode under the best policy.
     pub optimal_steps: f64,

@@ -4,11 +4,19 @@ use crate::agent::{AgentKind, AnyAgent, FeatureKind, build_agent};
 use crate::engine::{DiscoveryHook, Engine, PipelineParams, ShapingPipeline};
 use crate::env::Model;
 use crate::features::FeatureSource;
+use crate::parameter::ParameterError;
 use crate::scenario::Scenario;
 use crate::shaping::PotentialKind;
 
 /// The engine of one seed in `world`.
-pub fn build_engine<E>(scenario: &Scenario, world: E, seed: u64) -> Engine<E, AnyAgent>
+///
+/// # Errors
+/// The first parameter of the scenario that breaks its rule.
+pub fn build_engine<E>(
+    scenario: &Scenario,
+    world: E,
+    seed: u64,
+) -> Result<Engine<E, AnyAgent>, ParameterError>
 where
     E: Model + Clone + Send + 'static,
     E::State: Send,
@@ -26,12 +34,12 @@ where
         num_actions,
         agent_features,
         seed,
-    );
+    )?;
     if scenario.shaping.potential != PotentialKind::Oracle {
-        return Engine::new(world, pipeline, agent);
+        return Ok(Engine::new(world, pipeline, agent));
     }
     let oracle = oracle(&world);
-    Engine::new(world, pipeline, agent).with_true_distances(oracle)
+    Ok(Engine::new(world, pipeline, agent).with_true_distances(oracle))
 }
 
 /// Puts `world`, the same with other goals, in the place of the present one between two episodes. The agent is not

@@ -1,6 +1,6 @@
 //! A run's worlds one after the other, and what the best policy could have earned in them.
 //!
-//! ρ(T) = Σ_t (R*_t − R_t), eq. 15 of the source report with R*_t the optimum **of the goals in force in episode t**:
+//! ρ(T) = Σ_t (R*_t − R_t), eq. 15 of the source paper with R*_t the optimum **of the goals in force in episode t**:
 //! of a goal that moves, no policy can earn what the goal before it paid.
 
 use super::nearness::Nearness;

@@ -85,7 +85,7 @@ where
 {
     let mut tally = Tally::new(scenario, seed, worlds.yardstick());
     let mut ledger = Ledger::create(scenario, seed, folder, places, watch.events, watch.outlets)?;
-    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed)?;
     let span = info_span!(
         telemetry::RUN,
         scenario = scenario.name,

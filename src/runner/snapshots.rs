@@ -197,7 +197,7 @@ mod tests {
             gamma: 1.0,
             ..PipelineParams::default()
         };
-        let mut pipeline = ShapingPipeline::new(&params, 1, None, 0);
+        let mut pipeline = ShapingPipeline::new(&params, 1, None, 0).unwrap();
         pipeline.begin_episode(&0);
         for state in 1..=steps {
             let step = Step {

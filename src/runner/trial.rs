@@ -83,7 +83,7 @@ where
 {
     let episodes = scenario.run.episodes;
     let yardstick = worlds.yardstick();
-    let mut engine = build_engine(scenario, worlds.first.clone(), seed);
+    let mut engine = build_engine(scenario, worlds.first.clone(), seed)?;
     let begun = Instant::now();
     let mut tally = Tally::new(yardstick, episodes);
     let mut snapshots = keep.map(|_| Snapshots::default());

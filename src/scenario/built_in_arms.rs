@@ -49,7 +49,7 @@ macro_rules! alone {
     };
 }
 
-/// Every built-in arm. The report's step sizes are those of its section 4.3.
+/// Every built-in arm. The paper's step sizes are those of its section 4.3.
 pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     arm(
         "sparse",
@@ -63,7 +63,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "report",
-        "the raw class probability and Algorithm 1, as the report prints them",
+        "the raw class probability and Algorithm 1, as the paper prints them",
         actor_critic!(
             "report",
             "none",

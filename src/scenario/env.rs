@@ -174,7 +174,7 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 250)]
     pub goals_move_after: Option<MoveAfter>,
-    /// "step-cost": −1 a step (eq. 2 of the report); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
+    /// "step-cost": −1 a step (eq. 2 of the paper); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.

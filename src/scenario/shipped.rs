@@ -56,7 +56,7 @@ pub fn shipped() -> &'static [Shipped] {
     ]
 }
 
-/// The scenarios of `scenarios/report/`, which the source report's figures 4 to 9 are made of.
+/// The scenarios of `scenarios/report/`, which the source paper's figures 4 to 9 are made of.
 pub fn report_scenarios() -> &'static [Shipped] {
     files![
         in "report/":

@@ -93,9 +93,7 @@ pub(super) fn moment(step: u64) -> Moment {
 
 fn ask(server: &Server, path: &str) -> TcpStream {
     let mut stream = TcpStream::connect(server.address()).unwrap();
-    stream
-        .set_read_timeout(Some(HANGS))
-        .unwrap();
+    stream.set_read_timeout(Some(HANGS)).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
     stream
 }

@@ -24,7 +24,7 @@
 //! overshoots, so t ≤ 0.4; should the iteration grow nevertheless, which it does on large grids with small costs, t is
 //! halved, down to plain Gauss–Seidel, a regular splitting of an M-matrix, which converges.
 
-use super::chain::Chain;
+use super::absorbing_chain::AbsorbingChain;
 use std::ops::Range;
 
 /// The largest part of a row's far weight that is carried along: a / (1 − a) is 1 at ½.
@@ -36,7 +36,7 @@ const GROWTH: f64 = 4.0;
 /// W on one chain, and the buffers of its solves.
 #[derive(Clone, Debug)]
 pub struct ControlledWalk<'c> {
-    chain: &'c Chain,
+    chain: &'c AbsorbingChain,
     /// W, in the layout of the chain's columns.
     weights: Vec<f64>,
     /// Σ_far W_ij by position; 0 for goals.
@@ -48,7 +48,7 @@ pub struct ControlledWalk<'c> {
 
 impl<'c> ControlledWalk<'c> {
     /// The walk that is not controlled: W = P, normalised over the states that reach a goal.
-    pub fn new(chain: &'c Chain) -> Self {
+    pub fn new(chain: &'c AbsorbingChain) -> Self {
         let mut walk = Self {
             chain,
             weights: vec![0.0; chain.nnz()],
@@ -62,7 +62,7 @@ impl<'c> ControlledWalk<'c> {
     }
 
     /// The chain it walks on.
-    pub fn chain(&self) -> &'c Chain {
+    pub fn chain(&self) -> &'c AbsorbingChain {
         self.chain
     }
 
@@ -221,8 +221,8 @@ impl Change {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shaping::diffusion::Diffusion;
     use crate::shaping::fixtures::{any_graph, chain, graph, grid, path};
+    use crate::shaping::linearly_solvable::LinearlySolvableMdp;
     use faer::Mat;
     use faer::prelude::Solve;
     use proptest::prelude::*;
@@ -230,10 +230,10 @@ mod tests {
     const STEP: f64 = 1e-5;
 
     /// The walk at the solution for q, and that solution.
-    fn solved<'c>(chain: &'c Chain, q: &[f64]) -> (ControlledWalk<'c>, Vec<f64>) {
+    fn solved<'c>(chain: &'c AbsorbingChain, q: &[f64]) -> (ControlledWalk<'c>, Vec<f64>) {
         let mut v = vec![0.0; chain.num_goals()];
-        let report = Diffusion::new(chain).solve_cold(q, &mut v, 1e-12);
-        assert!(report.residual < 1e-10, "{report:?}");
+        let statistics = LinearlySolvableMdp::new(chain).solve_cold(q, &mut v, 1e-12);
+        assert!(statistics.residual < 1e-10, "{statistics:?}");
         let mut walk = ControlledWalk::new(chain);
         walk.update(&v, &mut v.clone());
         (walk, v)
@@ -283,7 +283,7 @@ mod tests {
     }
 
     /// dℓ/dq for ℓ = Σ g_i v_i, against central differences.
-    fn assert_gradient_is_right(chain: &Chain, q: &[f64], g: &[f64]) {
+    fn assert_gradient_is_right(chain: &AbsorbingChain, q: &[f64], g: &[f64]) {
         let mut lambda = vec![0.0; chain.len()];
         solved(chain, q)
             .0

@@ -3,7 +3,7 @@
 //! The same pass yields the order in which states are settled. A state is settled after its best successor, so
 //! walking the order forwards carries values away from the goals, and backwards carries gradients towards them.
 
-use super::successors::Successors;
+use super::transition_matrix::TransitionMatrix;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -29,19 +29,19 @@ fn entry(distance: f64, state: u32) -> Entry {
 /// # Panics
 /// If lengths differ, a goal is out of range, or a cost is negative or NaN.
 pub fn cost_to_go(
-    successors: &Successors,
+    transitions: &TransitionMatrix,
     costs: &[f64],
     goals: &[u32],
     terminal: &[f64],
 ) -> CostToGo {
-    let n = successors.num_states();
+    let n = transitions.num_states();
     assert_eq!(costs.len(), n, "one cost per state");
     assert_eq!(goals.len(), terminal.len(), "one terminal cost per goal");
     assert!(
         costs.iter().chain(terminal).all(|&c| c >= 0.0),
         "costs must not be negative"
     );
-    let (offsets, sources) = successors.predecessors();
+    let (offsets, sources) = transitions.predecessors();
     let mut distance = vec![f64::INFINITY; n];
     let mut heap = BinaryHeap::new();
     for (&goal, &cost) in goals.iter().zip(terminal) {
@@ -83,8 +83,8 @@ mod tests {
         // 0 1 2 3
         // 4 # # 7        cell 5 and 6 are walls
         // 8 9 …
-        let successors = Successors::undirected(&grid(3, 4, &[5, 6]));
-        let reach = cost_to_go(&successors, &[1.0; 12], &[0], &[0.0]);
+        let transitions = TransitionMatrix::undirected(&grid(3, 4, &[5, 6]));
+        let reach = cost_to_go(&transitions, &[1.0; 12], &[0], &[0.0]);
         assert_eq!(reach.distance[..5], [0.0, 1.0, 2.0, 3.0, 1.0]);
         assert_eq!(reach.distance[7], 4.0);
         assert!(reach.distance[5].is_infinite() && reach.distance[6].is_infinite());
@@ -94,8 +94,8 @@ mod tests {
     /// A goal absorbs: the way to the good goal does not lead through the poor one.
     #[test]
     fn no_way_leads_through_a_goal() {
-        let successors = Successors::undirected(&grid(1, 5, &[]));
-        let reach = cost_to_go(&successors, &[1.0; 5], &[0, 2], &[0.0, 7.0]);
+        let transitions = TransitionMatrix::undirected(&grid(1, 5, &[]));
+        let reach = cost_to_go(&transitions, &[1.0; 5], &[0, 2], &[0.0, 7.0]);
         assert_eq!(reach.distance, [0.0, 1.0, 7.0, 8.0, 9.0]);
     }
 
@@ -106,12 +106,12 @@ mod tests {
             adjacency in any_graph(),
             costs in prop::collection::vec(0.05_f64..9.0, 24),
         ) {
-            let successors = Successors::undirected(&adjacency);
+            let transitions = TransitionMatrix::undirected(&adjacency);
             let n = adjacency.num_nodes();
-            let CostToGo { distance, order } = cost_to_go(&successors, &costs[..n], &[1], &[0.5]);
+            let CostToGo { distance, order } = cost_to_go(&transitions, &costs[..n], &[1], &[0.5]);
             prop_assert_eq!(distance[1], 0.5);
             for i in (0..n).filter(|&i| i != 1) {
-                let next = successors.row(i).0.iter().map(|&j| distance[j as usize]);
+                let next = transitions.row(i).0.iter().map(|&j| distance[j as usize]);
                 let best = next.fold(f64::INFINITY, f64::min);
                 prop_assert_eq!(distance[i], costs[i] + best);
             }

@@ -1,10 +1,10 @@
 //! Small graphs for the tests of this module.
 
-use super::chain::Chain;
+use super::absorbing_chain::AbsorbingChain;
 use super::cost_to_go::cost_to_go;
-use super::site::Site;
-use super::successors::Successors;
-use super::terrain::Terrain;
+use super::fit_context::FitContext;
+use super::shortest_path::ShortestPathProblem;
+use super::transition_matrix::TransitionMatrix;
 use crate::graph::{StateId, SymmetricCsr};
 use faer::Mat;
 use proptest::prelude::*;
@@ -42,11 +42,11 @@ pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> SymmetricCsr {
 }
 
 /// Unit costs and goals of equal worth.
-pub fn chain(adjacency: &SymmetricCsr, goals: &[u32]) -> Chain {
-    let successors = Successors::undirected(adjacency);
+pub fn chain(adjacency: &SymmetricCsr, goals: &[u32]) -> AbsorbingChain {
+    let transitions = TransitionMatrix::undirected(adjacency);
     let costs = vec![1.0; adjacency.num_nodes()];
-    let reach = cost_to_go(&successors, &costs, goals, &vec![0.0; goals.len()]);
-    Chain::new(&successors, reach.order, goals.len())
+    let reach = cost_to_go(&transitions, &costs, goals, &vec![0.0; goals.len()]);
+    AbsorbingChain::new(&transitions, reach.order, goals.len())
 }
 
 /// Graphs of 2 to 24 nodes, any density, connected or not, with self-loops.
@@ -56,15 +56,16 @@ pub fn any_graph() -> impl Strategy<Value = SymmetricCsr> {
     })
 }
 
-/// Calls `check` with a site on a 9 × 8 grid with two walls, goal in a corner, and `features` columns of features.
-pub fn on_grid(features: usize, check: impl FnOnce(&Site<'_>)) {
+/// Calls `check` with a context on a 9 × 8 grid with two walls, goal in a corner, and `features` columns of features.
+pub fn on_grid(features: usize, check: impl FnOnce(&FitContext<'_>)) {
     let adjacency = grid(9, 8, &[17, 18, 19, 44, 45]);
-    let terrain = Terrain::uniform(&Successors::undirected(&adjacency), &[StateId(0)]);
+    let problem =
+        ShortestPathProblem::uniform(&TransitionMatrix::undirected(&adjacency), &[StateId(0)]);
     let features = Mat::from_fn(72, features, |i, c| {
         ((i * (c + 2) * 37) % 29) as f64 / 14.0 - 1.0
     });
-    check(&Site {
-        terrain: &terrain,
+    check(&FitContext {
+        problem: &problem,
         adjacency: &adjacency,
         features: features.as_ref(),
         labels: &[],

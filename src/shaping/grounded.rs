@@ -1,4 +1,4 @@
-//! v of a diffusion from goals whose terminal costs are in step with the rest.
+//! v of a linearly solvable process with goals whose terminal costs are in step with the rest.
 //!
 //! ```text
 //! v_g = κ D_g,   κ = (max v − min v) / E          D_g: typical steps forgone at g;  E: eccentricity, in typical steps
@@ -9,8 +9,8 @@
 //! takes κ, the rise of v per typical step. κ depends on v and is found by repetition, from a first guess of 2 q. With
 //! goals of equal reward there is nothing to repeat.
 
-use super::diffusion::{Diffusion, SolveReport};
-use super::terrain::Terrain;
+use super::linearly_solvable::{LinearlySolvableMdp, SolveStatistics};
+use super::shortest_path::ShortestPathProblem;
 
 /// Bellman residual at which a potential is final: in nats, and as a share of the smallest cost of a step, below which the
 /// maximum principle holds for what is handed out.
@@ -38,46 +38,46 @@ pub(crate) struct GroundedSolution {
     /// κ.
     pub per_step: f64,
     /// Steps and sweeps of all rounds; residual of the last.
-    pub report: SolveReport,
+    pub statistics: SolveStatistics,
 }
 
 impl GroundedSolution {
     /// v for the costs `q` by position, from `guess` if there is one.
     pub fn new(
-        terrain: &Terrain,
-        diffusion: &mut Diffusion<'_>,
+        problem: &ShortestPathProblem,
+        mdp: &mut LinearlySolvableMdp<'_>,
         q: &[f64],
         guess: Option<Guess>,
     ) -> Self {
-        let past_goals = terrain.past_goals(q);
+        let past_goals = problem.past_goals(q);
         let cheapest = past_goals.iter().copied().fold(1.0, f64::min);
         let tol = FINAL_TOL.min(FINAL_SHARE * cheapest);
         let mean_q = past_goals.iter().sum::<f64>() / past_goals.len().max(1) as f64;
         let mut per_step = guess.as_ref().map_or(2.0 * mean_q, |guess| guess.per_step);
         let mut nearby = guess.map(|guess| guess.v);
-        let mut total = SolveReport::default();
+        let mut total = SolveStatistics::default();
         let mut round = 1;
         loop {
-            let mut v: Vec<f64> = terrain.forgone().iter().map(|d| per_step * d).collect();
-            let report = match &nearby {
-                None => diffusion.solve_cold(q, &mut v, tol),
-                Some(nearby) => diffusion.solve_near(nearby, q, &mut v, tol),
+            let mut v: Vec<f64> = problem.forgone().iter().map(|d| per_step * d).collect();
+            let statistics = match &nearby {
+                None => mdp.solve_cold(q, &mut v, tol),
+                Some(nearby) => mdp.solve_near(nearby, q, &mut v, tol),
             };
-            total = SolveReport {
-                steps: total.steps + report.steps,
-                sweeps: total.sweeps + report.sweeps,
-                ..report
+            total = SolveStatistics {
+                steps: total.steps + statistics.steps,
+                sweeps: total.sweeps + statistics.sweeps,
+                ..statistics
             };
-            let measured = terrain.rise(&v) / terrain.eccentricity();
-            let settled = !terrain.goals_differ()
+            let measured = problem.rise(&v) / problem.eccentricity();
+            let settled = !problem.goals_differ()
                 || (measured - per_step).abs() <= ROUNDS_TOL * per_step
                 || !measured.is_finite();
             if settled || round == MAX_ROUNDS {
-                let report = total;
+                let statistics = total;
                 return Self {
                     v,
                     per_step,
-                    report,
+                    statistics,
                 };
             }
             per_step = measured;

@@ -8,13 +8,14 @@
 //! other end. −ln u behaves like a distance (Varadhan), but one that knows of all ways rather than of the shortest
 //! alone: between two passages of equal length the wider one looks nearer.
 
-use super::diffusion::Diffusion;
+use super::fit_context::{FitContext, GraphPotential};
 use super::grounded::GroundedSolution;
-use super::site::{Site, SiteModel};
+use super::linearly_solvable::LinearlySolvableMdp;
 use super::{PotentialFit, ShapingError};
+use serde::{Deserialize, Serialize};
 
 /// The `heat` potential.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeatPotential {
     /// The part of the heat that a typical step keeps, between 0 and 1.
     pub kept: f64,
@@ -22,15 +23,15 @@ pub struct HeatPotential {
     pub scale_factor: f64,
 }
 
-impl SiteModel for HeatPotential {
-    fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
+impl GraphPotential for HeatPotential {
+    fn fit_in(&mut self, context: &FitContext<'_>) -> Result<PotentialFit, ShapingError> {
         let per_step = -libm::log(self.kept);
-        let q: Vec<f64> = site.terrain.costs.iter().map(|c| c * per_step).collect();
-        let mut diffusion = Diffusion::new(&site.terrain.chain);
-        let solution = GroundedSolution::new(site.terrain, &mut diffusion, &q, None);
-        let fit = PotentialFit::checked(site.terrain.potential(&solution.v, self.scale_factor))?;
+        let q: Vec<f64> = context.problem.costs.iter().map(|c| c * per_step).collect();
+        let mut mdp = LinearlySolvableMdp::new(&context.problem.chain);
+        let solution = GroundedSolution::new(context.problem, &mut mdp, &q, None);
+        let fit = PotentialFit::checked(context.problem.potential(&solution.v, self.scale_factor))?;
         Ok(PotentialFit {
-            solve: Some(solution.report),
+            solve: Some(solution.statistics),
             ..fit
         })
     }

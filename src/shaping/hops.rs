@@ -1,27 +1,28 @@
 //! Hop distance: h_i = 1 + min_{j ∈ succ(i)} h_j, h_g = D_g. What a planner knows that ignores step costs and
 //! probabilities; under slip the diffusions are better guides, because they average over where a move may end.
 
-use super::chain::Chain;
-use super::site::{Site, SiteModel};
+use super::absorbing_chain::AbsorbingChain;
+use super::fit_context::{FitContext, GraphPotential};
 use super::{PotentialFit, ShapingError};
+use serde::{Deserialize, Serialize};
 
 /// The `hops` potential.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HopsPotential {
     /// Range of φ ÷ cost of the longest known way.
     pub scale_factor: f64,
 }
 
-impl SiteModel for HopsPotential {
-    fn fit_site(&mut self, site: &Site<'_>) -> Result<PotentialFit, ShapingError> {
-        let hops = hop_distances(&site.terrain.chain, site.terrain.forgone());
-        PotentialFit::checked(site.terrain.potential(&hops, self.scale_factor))
+impl GraphPotential for HopsPotential {
+    fn fit_in(&mut self, context: &FitContext<'_>) -> Result<PotentialFit, ShapingError> {
+        let hops = hop_distances(&context.problem.chain, context.problem.forgone());
+        PotentialFit::checked(context.problem.potential(&hops, self.scale_factor))
     }
 }
 
 /// h by position, from `terminal` on goals. Sweeps in the chain's order until nothing changes: one and a check where
 /// all steps cost the same, because the order is then that of h.
-fn hop_distances(chain: &Chain, terminal: &[f64]) -> Vec<f64> {
+fn hop_distances(chain: &AbsorbingChain, terminal: &[f64]) -> Vec<f64> {
     let mut hops = terminal.to_vec();
     hops.resize(chain.len(), f64::INFINITY);
     loop {

@@ -1,7 +1,7 @@
 //! The potential φ and the shaped reward.
 //!
 //! ```text
-//! R′ = R + F,    F_t = γ φ_{t+1}(s_{t+1}) − φ_t(s_t)                      (eq. 3 and 4 of the source report)
+//! R′ = R + F,    F_t = γ φ_{t+1}(s_{t+1}) − φ_t(s_t)                      (eq. 3 and 4 of the source paper)
 //! ```
 //!
 //! φ_t(s_t) is the value that was used when s_t was *entered*, not the present one, because φ changes while the
@@ -19,59 +19,72 @@
 //!   keeps its value.
 //!
 //! φ(s_0) is the same for every policy and drops out. Since φ is 0 on termination, a potential whose value at the
-//! goal is far from 0 makes the last step a cliff; [`terrain::Terrain::potential`] therefore shifts φ to 0 at the
+//! goal is far from 0 makes the last step a cliff; [`ShortestPathProblem::potential`] therefore shifts φ to 0 at the
 //! goal, and puts it on the scale of the return, which is what decides how much shaping helps.
 //!
-//! The potentials, all behind [`PotentialModel`]:
+//! The potentials, all behind [`AnyPotential`]:
 //!
 //! | kind | φ |
 //! |---|---|
-//! | [`gcn`](conductance) | a GCN sets the local cost of a linearly solvable MDP; no false maxima for any weights |
-//! | [`report`] | the GCN's probability of the rewarding class (eq. 5) |
-//! | [`heat`] | the same diffusion with a fixed cost: the control without learning |
-//! | [`hops`] | directed hop distance to the nearest goal on the visited graph |
-//! | [`oracle`] | distance on the true map, which no agent has: the upper yardstick |
-//! | [`none`] | 0 |
+//! | [`gcn`](LearnedCostPotential) | a GCN sets the local cost of a linearly solvable MDP; no false maxima for any weights |
+//! | [`report`](ClassProbabilityPotential) | the GCN's probability of the rewarding class (eq. 5) |
+//! | [`heat`](HeatPotential) | the same with a fixed cost: the control without learning |
+//! | [`hops`](HopsPotential) | directed hop distance to the nearest goal on the visited graph |
+//! | [`oracle`](OraclePotential) | distance on the true map, which no agent has: the upper yardstick |
+//! | `none` | 0 |
 //!
 //! References: A. Y. Ng, D. Harada, S. Russell, *Policy invariance under reward transformations*, ICML 1999 ·
 //! S. Devlin, D. Kudenko, *Dynamic potential-based reward shaping*, AAMAS 2012 · M. Grześ, *Reward shaping in
 //! episodic reinforcement learning*, AAMAS 2017 · E. Todorov, *Linearly-solvable Markov decision problems*,
-//! NIPS 2006 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*, NeurIPS 2020.
+//! NIPS 2006 · P. Piray, N. D. Daw, *Linear reinforcement learning in planning, grid fields, and cognitive control*,
+//! Nature Communications 2021 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*,
+//! NeurIPS 2020.
 
-pub mod build;
-pub mod chain;
-pub mod conductance;
-pub mod controlled_walk;
-pub mod cost_to_go;
-pub mod diffusion;
-pub mod features;
+mod absorbing_chain;
+mod any;
+mod class_probability;
+mod controlled_walk;
+mod cost_to_go;
+mod features;
+mod fit_context;
 #[cfg(test)]
 mod fixtures;
 mod grounded;
-pub mod heat;
-pub mod hops;
+mod heat;
+mod hops;
+mod learned_cost;
+mod linearly_solvable;
 mod network;
-pub mod none;
-pub mod on_graph;
-pub mod oracle;
-pub mod params;
-pub mod potential;
-pub mod report;
-pub mod shaper;
-pub mod site;
-pub mod successors;
-pub mod terrain;
+mod on_graph;
+mod oracle;
+mod params;
+mod potential;
+mod shaper;
+mod shortest_path;
+mod transition_matrix;
 
-pub use build::build_potential;
-pub use diffusion::SolveReport;
+pub use absorbing_chain::AbsorbingChain;
+pub use any::{AnyPotential, build_potential};
+pub use class_probability::ClassProbabilityPotential;
+pub use controlled_walk::ControlledWalk;
+pub use cost_to_go::{CostToGo, cost_to_go};
+pub use fit_context::{FitContext, GraphPotential};
+pub use heat::HeatPotential;
+pub use hops::HopsPotential;
+pub use learned_cost::LearnedCostPotential;
+pub use linearly_solvable::{LinearlySolvableMdp, SolveStatistics};
 pub use on_graph::potential_on_graph;
+pub use oracle::OraclePotential;
 pub use params::{PotentialKind, ScaleMode, ShapingParams};
 pub use potential::{PotentialTable, spurious_maxima};
 pub use shaper::RewardShaper;
+pub use shortest_path::ShortestPathProblem;
+pub use transition_matrix::TransitionMatrix;
 
 use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
 use crate::parameter::ParameterError;
 use faer::MatRef;
+use serde::{Deserialize, Serialize};
 
 /// A function of states that shapes the reward.
 pub trait Potential {
@@ -80,7 +93,7 @@ pub trait Potential {
 }
 
 /// A goal that the agent has seen: entering it ended an episode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
     /// The state that was entered.
     pub state: StateId,
@@ -97,7 +110,7 @@ pub struct PotentialInputs<'a> {
     pub adjacency: &'a SymmetricCsr,
     /// The goals seen so far, without duplicates. While there is none every potential but the oracle's is 0.
     pub goals: &'a [Goal],
-    /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the report.
+    /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the paper.
     pub labels: &'a [(StateId, usize)],
     /// Proto-value functions, n × k, scaled by √n, aligned; may have fewer rows than the graph has states.
     pub features: MatRef<'a, f64>,
@@ -109,9 +122,9 @@ pub struct PotentialFit {
     /// φ by state number, finite.
     pub values: Vec<f64>,
     /// What the GCN's training did; `None` for potentials without learning.
-    pub fit: Option<crate::gcn::FitReport>,
-    /// What the diffusion cost; `None` for potentials without one.
-    pub solve: Option<SolveReport>,
+    pub fit: Option<crate::gcn::FitStatistics>,
+    /// What the solve of the linearly solvable MDP cost; `None` for potentials without one.
+    pub solve: Option<SolveStatistics>,
 }
 
 /// Why there is no potential.
@@ -157,19 +170,4 @@ pub enum ShapingError {
     /// A parameter outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-}
-
-/// One way to get φ: `gcn`, `report`, `heat`, `hops`, `oracle`, `none`.
-pub trait PotentialModel: Send {
-    /// φ of all states discovered so far. Learnt models continue from their present weights.
-    ///
-    /// # Errors
-    /// If the fit diverged, or if rewards, weights or results are not finite.
-    ///
-    /// # Panics
-    /// If `inputs.adjacency` has not as many rows as `inputs.graph` has states, or a goal or label is out of range.
-    fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError>;
-
-    /// Tells the true distance (in typical steps) from `state` to the goal. Only the oracle listens.
-    fn set_true_distance(&mut self, _state: StateId, _distance: f64) {}
 }

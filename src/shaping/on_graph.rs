@@ -1,16 +1,16 @@
 //! φ on a bare undirected graph: no world, no transitions, every step costs 1.
 
-use super::build::build_site_model;
-use super::site::Site;
-use super::successors::Successors;
-use super::terrain::Terrain;
+use super::any::AnyPotential;
+use super::fit_context::FitContext;
+use super::shortest_path::ShortestPathProblem;
+use super::transition_matrix::TransitionMatrix;
 use super::{PotentialFit, PotentialKind, ShapingError, ShapingParams};
 use crate::gcn::GcnParams;
 use crate::graph::{StateId, SymmetricCsr};
 use faer::MatRef;
 
-/// φ of every node of `adjacency` for an agent that wants to reach one of `goals`. Edge weights are conductances of
-/// the diffusion; distances count hops. `features` (n′ × k, see
+/// φ of every node of `adjacency` for an agent that wants to reach one of `goals`. Edge weights are relative
+/// probabilities of moves; distances count hops. `features` (n′ × k, see
 /// [`ProtoValueFunctions`](crate::spectral::ProtoValueFunctions)) serve `gcn` and `report`; the others ignore them, and
 /// `Mat::zeros(0, 0)` will do.
 ///
@@ -35,12 +35,18 @@ pub fn potential_on_graph(
     shaping.validate()?;
     gcn.validate()?;
     let goals = checked_goals(goals, adjacency.num_nodes())?;
-    let mut model =
-        build_site_model(kind, shaping, gcn, seed).ok_or(ShapingError::KindNeedsWorld { kind })?;
-    let terrain = Terrain::uniform(&Successors::undirected(adjacency), &goals);
-    let labels = labels(&terrain);
-    model.fit_site(&Site {
-        terrain: &terrain,
+    let shaping = ShapingParams {
+        potential: kind,
+        ..shaping.clone()
+    };
+    let mut potential = AnyPotential::new(&shaping, gcn, seed);
+    let potential = potential
+        .on_graph()
+        .ok_or(ShapingError::KindNeedsWorld { kind })?;
+    let problem = ShortestPathProblem::uniform(&TransitionMatrix::undirected(adjacency), &goals);
+    let labels = labels(&problem);
+    potential.fit_in(&FitContext {
+        problem: &problem,
         adjacency,
         features,
         labels: &labels,
@@ -65,8 +71,8 @@ fn checked_goals(goals: &[StateId], nodes: usize) -> Result<Vec<StateId>, Shapin
 }
 
 /// Goals are rewarding; the farthest node, if there is one, is not.
-fn labels(terrain: &Terrain) -> Vec<(StateId, usize)> {
-    let (goals, others) = terrain.chain.order().split_at(terrain.chain.num_goals());
+fn labels(problem: &ShortestPathProblem) -> Vec<(StateId, usize)> {
+    let (goals, others) = problem.chain.order().split_at(problem.chain.num_goals());
     let rewarding = goals.iter().map(|&g| (StateId(g), 1));
     rewarding
         .chain(others.last().map(|&s| (StateId(s), 0)))

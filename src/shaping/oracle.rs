@@ -1,10 +1,10 @@
 //! φ_i = −factor · r̄ · d*_i with the true distance d*, in typical steps: what shaping could do if the map were known.
 //!
 //! Whoever runs the world tells the distances, state by state as they are discovered, through
-//! [`set_true_distance`](PotentialModel::set_true_distance). Only r̄, the cost of a typical step, is observed.
+//! [`set_true_distance`](OraclePotential::set_true_distance). Only r̄, the cost of a typical step, is observed.
 
-use super::terrain::Terrain;
-use super::{PotentialFit, PotentialInputs, PotentialModel, ShapingError};
+use super::shortest_path::ShortestPathProblem;
+use super::{PotentialFit, PotentialInputs, ShapingError};
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
 
@@ -25,13 +25,17 @@ impl OraclePotential {
             distances: Vec::new(),
         }
     }
-}
 
-impl PotentialModel for OraclePotential {
-    /// States without a distance get the lowest φ of those that have one; goals need none, their distance is 0. (A goal is
+    /// φ of all states. Those without a distance get the lowest φ of those that have one; goals need none, their distance is 0. (A goal is
     /// often discovered by the step that asks for this fit, before anybody could tell.)
-    fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
-        let per_step = -self.scale_factor * Terrain::observed(inputs)?.step_reward;
+    ///
+    /// # Errors
+    /// If a mean reward or a result is not finite.
+    ///
+    /// # Panics
+    /// As [`AnyPotential::fit`](super::AnyPotential::fit).
+    pub fn fit(&self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
+        let per_step = -self.scale_factor * ShortestPathProblem::observed(inputs)?.step_reward;
         let n = inputs.adjacency.num_nodes();
         let told = |i: usize| self.distances.get(i).copied().flatten();
         let phi = |i: usize| told(i).map(|d| 0.0 + per_step * d);
@@ -43,11 +47,11 @@ impl PotentialModel for OraclePotential {
         PotentialFit::checked(values)
     }
 
-    /// A distance that is not finite means that no goal can be reached.
+    /// Tells the true distance (in typical steps) from `state` to the goal. One that is not finite means that no goal can be reached.
     ///
     /// # Panics
     /// If `distance` is negative.
-    fn set_true_distance(&mut self, state: StateId, distance: f64) {
+    pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
         assert!(
             distance >= 0.0 || distance.is_nan(),
             "distance {distance} of {state:?}"

@@ -16,7 +16,7 @@ pub enum PotentialKind {
     /// A GCN sets the local cost of a diffusion (the default).
     #[default]
     Gcn,
-    /// The GCN's probability of the rewarding class, as in the source report.
+    /// The GCN's probability of the rewarding class, as in the source paper.
     Report,
     /// A diffusion with fixed cost.
     Heat,

@@ -8,7 +8,7 @@ mod proto_value;
 pub use eigentrail_spectra::{
     Convergence, Eigenpairs, GrowingEigensolver, LAMBDA_FLOOR, Laplacian, LaplacianKind, Method,
     Route, SpectralError, SpectralParams, SpectrumRefresh, SymmetricCsr, SymmetricOperator,
-    TrackParams, TrackReport, TrackUpdate, TrackedSpectrum, procrustes, smallest_eigenpairs,
+    TrackParams, TrackStatistics, TrackUpdate, TrackedSpectrum, procrustes, smallest_eigenpairs,
     symmetric_eigen, track, with_fixed_signs,
 };
 pub use proto_value::ProtoValueFunctions;

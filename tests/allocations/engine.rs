@@ -23,7 +23,7 @@ fn count(kind: ExplorationKind, episodes: usize) -> (u64, u64, u64) {
         gamma: 1.0,
         ..Default::default()
     };
-    let mut pipeline = ShapingPipeline::new(&params, 4, None, 0);
+    let mut pipeline = ShapingPipeline::new(&params, 4, None, 0).unwrap();
     let mut agent = build_agent(&AgentParams::default(), 4, 1.0, 0);
     let (mut steady, mut steps, mut other) = (0, 0, 0);
     for episode in 0..episodes {

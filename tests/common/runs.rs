@@ -70,7 +70,7 @@ pub fn graph_page(folder: &Path) -> PathBuf {
     folder.join("ring/report.html")
 }
 
-/// The report's figures, with few seeds and episodes.
+/// The paper's figures, with few seeds and episodes.
 pub fn figures(folder: &Path) -> PathBuf {
     let out = folder.join("figures");
     eigentrail()

@@ -14,6 +14,7 @@ use eigentrail::env::{
     Action, Environment, GridWorld, GridWorldParams, Landmark, Layout, Model, Step, StepStatus,
 };
 use eigentrail::exploration::{ExplorationKind, ExplorationParams};
+use eigentrail::graph::StateId;
 use eigentrail::shaping::{Potential, PotentialKind, ShapingParams};
 
 fn open(side: usize) -> GridWorld {
@@ -45,7 +46,7 @@ fn agent(seed: u64) -> AnyAgent {
 fn engine(world: GridWorld, params: &PipelineParams, seed: u64) -> Engine<GridWorld, AnyAgent> {
     Engine::new(
         world,
-        ShapingPipeline::new(params, 4, None, seed),
+        ShapingPipeline::new(params, 4, None, seed).unwrap(),
         agent(seed),
     )
 }
@@ -86,13 +87,13 @@ fn the_pipeline_alone_shapes_as_it_does_inside_the_engine() {
         inner: agent(5),
         seen: Vec::new(),
     };
-    let pipeline = ShapingPipeline::new(&params, 4, None, 5);
+    let pipeline = ShapingPipeline::new(&params, 4, None, 5).unwrap();
     let mut engine = Engine::new(open(7), pipeline, recorder);
     for _ in 0..15 {
         engine.run_episode(|_, _| ()).unwrap();
     }
 
-    let mut alone = ShapingPipeline::new(&params, 4, None, 5);
+    let mut alone = ShapingPipeline::new(&params, 4, None, 5).unwrap();
     let mut world = open(7);
     let mut begun = false;
     for &(action, shaping, status) in &engine.agent().seen {
@@ -128,7 +129,7 @@ fn shaping_telescopes_over_episodes_with_fits_in_between() {
     ] {
         let mut world = grid_world(&layout, &limited, 0);
         let params = params(potential, ExplorationKind::None);
-        let mut pipeline = ShapingPipeline::new(&params, 4, None, 1);
+        let mut pipeline = ShapingPipeline::new(&params, 4, None, 1).unwrap();
         // It wanders, so that there is something new in the middle of episodes, and some of them are cut off.
         let mut agent = RandomAgent::new(4, 1);
         let (mut fits, mut truncated, mut terminated) = (0, 0, 0);
@@ -239,7 +240,8 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
         4,
         Some(eigentrail::features::FeatureSource::Pvf),
         0,
-    );
+    )
+    .unwrap();
     let mut engine = Engine::new(open(6), pipeline, build_agent(&own, 4, 1.0, 0));
     let mut refreshes = 0;
     let records: Vec<_> = (0..60)
@@ -261,7 +263,7 @@ fn the_features_of_the_spectrum_reach_an_agent_that_wants_them() {
         .features()
         .expect("it was refreshed");
     assert!(features.nrows() <= engine.pipeline().transitions().num_states());
-    let without = ShapingPipeline::<Cell>::new(&params, 4, None, 0);
+    let without = ShapingPipeline::<Cell>::new(&params, 4, None, 0).unwrap();
     assert!(without.spectrum().features().is_none());
 }
 
@@ -283,7 +285,8 @@ fn a_reward_that_is_no_number_is_an_error_and_changes_nothing() {
         2,
         None,
         0,
-    );
+    )
+    .unwrap();
     pipeline.begin_episode(&0);
     for reward in [f64::NAN, f64::INFINITY] {
         let error = pipeline
@@ -302,38 +305,51 @@ fn a_reward_that_is_no_number_is_an_error_and_changes_nothing() {
 }
 
 #[test]
-#[should_panic(expected = "call begin_episode first")]
-fn a_step_after_the_end_of_an_episode_is_a_slip() {
-    let mut pipeline = ShapingPipeline::new(
-        &PipelineParams {
-            gamma: 1.0,
-            ..Default::default()
-        },
-        2,
-        None,
-        0,
-    );
+fn a_slip_of_the_caller_is_an_error_and_changes_nothing() {
+    let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 2, None, 0).unwrap();
+    let on = |state| step(state, -1.0, StepStatus::Running);
+    let tries = |pipeline: &ShapingPipeline<u32>| {
+        let graph = pipeline.transitions();
+        let states = 0..graph.num_states() as u32;
+        let pairs = states.flat_map(|s| [0, 1].map(|a| (StateId(s), Action(a))));
+        pairs.map(|(s, a)| graph.tries(s, a)).collect::<Vec<_>>()
+    };
+    let too_early = pipeline.observe(Action(0), &on(1)).unwrap_err();
+    assert!(matches!(too_early, PipelineError::NoEpisode { step: 0 }));
+    assert_eq!(pipeline.graph().num_states(), 0);
     pipeline.begin_episode(&0);
+    let no_action = pipeline.observe(Action(2), &on(1)).unwrap_err();
+    let told = no_action.to_string();
+    assert!(
+        told.contains("action 2 of a world whose actions are 0..2"),
+        "{told}"
+    );
+    assert_eq!(tries(&pipeline), [0, 0]);
     pipeline
         .observe(Action(0), &step(1, -1.0, StepStatus::Truncated))
         .unwrap();
-    let _ = pipeline.observe(Action(0), &step(2, -1.0, StepStatus::Running));
+    let too_late = pipeline.observe(Action(0), &on(2)).unwrap_err();
+    assert!(
+        too_late.to_string().contains("call begin_episode"),
+        "{too_late}"
+    );
+    assert_eq!(tries(&pipeline), [1, 0, 0, 0]);
 }
 
 #[test]
-#[should_panic(expected = "action 2 of 2")]
-fn an_action_out_of_range_is_a_slip() {
-    let mut pipeline = ShapingPipeline::new(
-        &PipelineParams {
-            gamma: 1.0,
-            ..Default::default()
-        },
-        2,
-        None,
-        0,
-    );
-    pipeline.begin_episode(&0);
-    let _ = pipeline.observe(Action(2), &step(1, -1.0, StepStatus::Running));
+fn parameters_out_of_range_are_refused_before_anything_is_built() {
+    let refused = |params: &PipelineParams, num_actions| {
+        let pipeline = ShapingPipeline::<u32>::new(params, num_actions, None, 0);
+        pipeline.map(|_| ()).unwrap_err().to_string()
+    };
+    let good = PipelineParams::default();
+    for num_actions in [0, 65_537] {
+        let told = refused(&good, num_actions);
+        assert!(told.starts_with("env.num_actions = "), "{told}");
+    }
+    let mut bad = good.clone();
+    bad.schedule.refit_every = 0;
+    assert!(refused(&bad, 2).starts_with("schedule.refit_every = 0"));
 }
 
 #[test]
@@ -343,7 +359,8 @@ fn truncation_keeps_the_potential_and_the_advice_of_the_last_state() {
         1,
         None,
         0,
-    );
+    )
+    .unwrap();
     // 0 → 1 → 2 → 3, a goal.
     pipeline.begin_episode(&0);
     for state in 1..=3 {
@@ -392,7 +409,8 @@ fn a_goal_where_the_episode_goes_on_is_forgotten() {
         2,
         None,
         0,
-    );
+    )
+    .unwrap();
     pipeline.begin_episode(&0);
     pipeline
         .observe(Action(0), &step(1, -1.0, StepStatus::Running))
@@ -455,7 +473,7 @@ impl Agent for Diverging {
 #[test]
 fn an_agent_whose_values_diverge_ends_the_run() {
     let params = params(PotentialKind::None, ExplorationKind::None);
-    let pipeline = ShapingPipeline::new(&params, 4, None, 0);
+    let pipeline = ShapingPipeline::new(&params, 4, None, 0).unwrap();
     let mut engine = Engine::new(open(3), pipeline, Diverging { td_error: 1.0 });
     // 90 steps an episode: after five of them 2⁴⁵⁰, whose square is still a number; after six no more.
     for _ in 0..5 {

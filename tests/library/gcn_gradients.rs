@@ -412,7 +412,7 @@ fn cosines(rows: usize, columns: usize, orders: usize) -> Mat<f64> {
     })
 }
 
-/// The source report's Fig. 5b: on 5 × 5 with the goal in a corner, reward has spread from goal to start.
+/// The source paper's Fig. 5b: on 5 × 5 with the goal in a corner, reward has spread from goal to start.
 #[test]
 fn the_fitted_potential_falls_with_distance_from_the_goal() {
     let adjacency = graph(25, &grid_edges(5, 5));

@@ -18,3 +18,4 @@ mod scenarios;
 mod shaping_invariance;
 mod spectrum_growth;
 mod spectrum_oracle;
+mod walkers;

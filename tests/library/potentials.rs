@@ -3,11 +3,10 @@
 use eigentrail::env::Action;
 use eigentrail::gcn::GcnParams;
 use eigentrail::graph::{Adjacency, StateId, SymmetricCsr, TransitionGraph};
-use eigentrail::shaping::chain::Chain;
-use eigentrail::shaping::terrain::Terrain;
 use eigentrail::shaping::{
-    Goal, PotentialFit, PotentialInputs, PotentialKind, PotentialModel, ScaleMode, ShapingError,
-    ShapingParams, build_potential, potential_on_graph, spurious_maxima,
+    AbsorbingChain, AnyPotential, Goal, PotentialFit, PotentialInputs, PotentialKind, ScaleMode,
+    ShapingError, ShapingParams, ShortestPathProblem, build_potential, potential_on_graph,
+    spurious_maxima,
 };
 use faer::Mat;
 use proptest::prelude::*;
@@ -173,8 +172,8 @@ impl World {
         self.with(|inputs| build(kind).fit(inputs)).unwrap()
     }
 
-    fn chain(&self) -> Chain {
-        self.with(Terrain::observed).unwrap().chain
+    fn chain(&self) -> AbsorbingChain {
+        self.with(ShortestPathProblem::observed).unwrap().chain
     }
 }
 
@@ -186,7 +185,7 @@ fn twice() -> ShapingParams {
     }
 }
 
-fn build(kind: PotentialKind) -> Box<dyn PotentialModel> {
+fn build(kind: PotentialKind) -> AnyPotential {
     let shaping = ShapingParams {
         potential: kind,
         ..twice()

@@ -562,9 +562,9 @@ mod growth {
                 start_nodes: 320,
                 ..Default::default()
             };
-            let report = track(&graph, &params, |_| ()).unwrap().report;
-            assert!(report.updates.iter().all(|u| u.converged));
-            report.updates.iter().map(|u| u.solves).sum::<usize>()
+            let statistics = track(&graph, &params, |_| ()).unwrap().statistics;
+            assert!(statistics.updates.iter().all(|u| u.converged));
+            statistics.updates.iter().map(|u| u.solves).sum::<usize>()
         };
         assert!(solves(Method::Warm) < solves(Method::Cold));
     }
@@ -579,7 +579,10 @@ mod growth {
                 growth: 0.3,
                 ..Default::default()
             };
-            track(&graph, &params, |_| ()).unwrap().report.eigenvalues
+            track(&graph, &params, |_| ())
+                .unwrap()
+                .statistics
+                .eigenvalues
         });
         assert_values(&values[0], &values[2], "warm and full");
         assert_values(&values[1], &values[2], "cold and full");
@@ -600,7 +603,7 @@ mod determinism {
             };
             let tracked = track(&graph, &params, |_| ()).unwrap();
             let bits: Vec<u64> = tracked
-                .report
+                .statistics
                 .updates
                 .iter()
                 .flat_map(|u| u.eigenvalues.iter().map(|v| v.to_bits()))
@@ -652,10 +655,10 @@ mod certification {
                 certify: true,
                 ..Default::default()
             };
-            let report = track(&graphs::discovered(&world, 6), &params, |_| ())
+            let statistics = track(&graphs::discovered(&world, 6), &params, |_| ())
                 .unwrap()
-                .report;
-            for update in report.updates {
+                .statistics;
+            for update in statistics.updates {
                 assert!(update.certified, "{} nodes", update.nodes);
             }
         }

@@ -46,7 +46,7 @@ pub use operator::SymmetricOperator;
 pub use params::{LaplacianKind, Method, SpectralParams};
 pub use symmetric_csr::SymmetricCsr;
 pub use tracker::{
-    GrowingEigensolver, Route, SpectrumRefresh, TrackParams, TrackReport, TrackUpdate,
+    GrowingEigensolver, Route, SpectrumRefresh, TrackParams, TrackStatistics, TrackUpdate,
     TrackedSpectrum, procrustes, track, with_fixed_signs,
 };
 

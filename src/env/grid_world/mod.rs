@@ -1,4 +1,4 @@
-//! The grid world of the source report, section 2.1: four moves, and whatever is in the way stops the agent.
+//! The grid world of the source paper, section 2.1: four moves, and whatever is in the way stops the agent.
 //!
 //! P: with probability 1 − slip the agent moves as it chose, with slip/2 each to the left or right of that direction;
 //! where the cell in question cannot be entered ([`Layout::neighbor`]) it stays. R: [`RewardScheme`]. Entering a goal
@@ -21,12 +21,13 @@ use super::layouts::{Cell, Direction, GoalCell, Layout, Tile};
 use super::{Action, EnvError, Environment, Step, draw_start};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// The bit of a cell's mask that says it is a goal; the four below it are [`Direction::bit`].
 const GOAL: u8 = 1 << 4;
 
 /// An agent on a map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct GridWorld {
     layout: Layout,
     params: GridWorldParams,

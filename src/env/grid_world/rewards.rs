@@ -2,14 +2,14 @@
 //!
 //! A step earns `step`; the one that enters a goal earns `step + bonus`, where the bonus is the goal's own number if it
 //! has one ([`GoalCell::reward`](crate::env::layouts::GoalCell::reward)), else the scheme's. A step is counted where it
-//! begins: under the report's eq. 2 every step from a non-goal state costs 1, the one into the goal included, and
+//! begins: under the paper's eq. 2 every step from a non-goal state costs 1, the one into the goal included, and
 //! the goal itself pays nothing because the episode is over. So the return is −(number of steps).
 
 use crate::env::EnvError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// c of eq. 1, which the report leaves open: −1 keeps the shortest path optimal when γ = 1.
+/// c of eq. 1, which the paper leaves open: −1 keeps the shortest path optimal when γ = 1.
 const GOAL_BONUS_STEP: f64 = -1.0;
 /// The bonus of eq. 1.
 const GOAL_BONUS: f64 = 100.0;
@@ -19,7 +19,7 @@ const GOAL_BONUS: f64 = 100.0;
 #[serde(from = "Spec", into = "Spec")]
 #[schemars(with = "Spec")]
 pub enum RewardScheme {
-    /// −1 a step, no bonus: eq. 2 of the source report.
+    /// −1 a step, no bonus: eq. 2 of the source paper.
     #[default]
     StepCost,
     /// c = −1 a step, c + 100 on entering a goal: eq. 1.

@@ -1,9 +1,9 @@
 //! Linked grids: open grids in rows and columns, neighbours joined by one corridor each.
 //!
-//! Fig. 9 of the source report shows "4-connected grid worlds": four grids of which each is joined to the next. It
+//! Fig. 9 of the source paper shows "4-connected grid worlds": four grids of which each is joined to the next. It
 //! does not say how long the links are; here they are straight corridors of any length from the middle of one side to
 //! the middle of the facing one. Four 5 × 5 grids have 100 cells and four corridors. With corridors of one cell these
-//! are [rooms](Layout::rooms) with doors in the middle; longer ones make the graph "highly sparse", as the report says.
+//! are [rooms](Layout::rooms) with doors in the middle; longer ones make the graph "highly sparse", as the paper says.
 
 use super::Layout;
 use super::rooms::walled_blocks;

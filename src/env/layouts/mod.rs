@@ -5,7 +5,7 @@
 //!
 //! | constructor | what it makes |
 //! |---|---|
-//! | [`Layout::open`] | a rectangle without walls (Fig. 2 of the source report) |
+//! | [`Layout::open`] | a rectangle without walls (Fig. 2 of the source paper) |
 //! | [`Layout::rooms`] | rows × columns of rooms, one door in each shared wall |
 //! | [`Layout::linked`] | rows × columns of open grids joined by corridors (Fig. 9) |
 //! | [`Layout::maze`] | a random spanning tree, plus a share of loops |
@@ -46,7 +46,7 @@ impl Cell {
 }
 
 /// The four moves, in the order of their action numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Direction {
     /// Towards row 0.
@@ -85,7 +85,7 @@ impl Direction {
 }
 
 /// What a cell is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tile {
     /// Cannot be entered.
     Wall,
@@ -96,7 +96,7 @@ pub enum Tile {
 }
 
 /// A cell where episodes end.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GoalCell {
     /// Where.
     pub cell: Cell,
@@ -118,7 +118,7 @@ impl GoalCell {
 }
 
 /// A map with its start and goals.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     rows: usize,
     cols: usize,

@@ -1,4 +1,4 @@
-//! The open field: n × m cells and no walls (section 2.1 and Fig. 2 of the source report).
+//! The open field: n × m cells and no walls (section 2.1 and Fig. 2 of the source paper).
 
 use super::{Layout, Tile};
 use crate::env::EnvError;

@@ -23,7 +23,7 @@ impl MdpState {
 /// An episodic world over a [`TabularMdp`]. Copies share the MDP.
 ///
 /// Actions with one outcome draw no random number, nor do resets with one start.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TabularEnvironment {
     mdp: Arc<TabularMdp>,
     starts: Vec<MdpState>,

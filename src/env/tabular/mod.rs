@@ -25,13 +25,14 @@ pub use optimum::Optimum;
 pub use value_iteration::ValueFunction;
 
 use super::{Action, EnvError};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How far from 1 the probabilities of one action may sum.
 pub(crate) const PROBABILITY_TOLERANCE: f64 = 1e-9;
 
 /// One thing that may come of an action.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The number of the next state.
     pub next: u32,
@@ -45,7 +46,7 @@ pub struct Outcome {
 ///
 /// The outcomes of all (state, action) pairs lie one after the other, as the rows of a CSR matrix: pair s · |A| + a owns
 /// `outcomes[offsets[pair]..offsets[pair + 1]]`. 24 bytes an outcome, 8 a pair.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TabularMdp {
     num_actions: usize,
     terminal: Vec<bool>,

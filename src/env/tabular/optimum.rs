@@ -15,7 +15,7 @@ const SETTLED: f64 = 1e-13;
 /// What the best policy earns and takes in an episode, in expectation over starts and chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimum {
-    /// Sum of rewards, undiscounted: R* of eq. 15 of the source report.
+    /// Sum of rewards, undiscounted: R* of eq. 15 of the source paper.
     pub expected_return: f64,
     /// Number of steps; where all steps cost 1 and nothing is random, the shortest path.
     pub expected_steps: f64,

@@ -1,4 +1,4 @@
-//! Counterparts of figures 4 to 9 of the source report, each from runs of our own.
+//! Counterparts of figures 4 to 9 of the source paper, each from runs of our own.
 
 use super::Drawing;
 use super::curves::Curve;
@@ -32,7 +32,7 @@ pub struct ReportRuns {
 /// One figure.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Its number in the report.
+    /// Its number in the paper.
     pub number: u32,
     /// What it shows, in a sentence.
     pub caption: String,
@@ -206,7 +206,7 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
     figure(
         9,
         format!(
-            "Grids joined by corridors, which the report leaves open: the potential leads through them. Regret at the \
+            "Grids joined by corridors, which the paper leaves open: the potential leads through them. Regret at the \
              end {:.0}, without shaping {:.0} (means of {} seeds, 95 % intervals).",
             regret[0].at_end(),
             regret[1].at_end(),

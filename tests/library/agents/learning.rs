@@ -71,7 +71,7 @@ fn every_learner_reaches_the_optimum_of_a_grid_and_a_chain() {
     }
 }
 
-/// The report's own algorithms learn slowly with the report's own step sizes, but they do learn.
+/// The paper's own algorithms learn slowly with the paper's own step sizes, but they do learn.
 #[test]
 fn printed_algorithms_improve_on_chance() {
     let world = World::grid(5, 5, 0.0, 1);

@@ -12,4 +12,4 @@ mod track;
 pub use growing_eigensolver::{GrowingEigensolver, SpectrumRefresh};
 pub use procrustes::{procrustes, with_fixed_signs};
 pub use route::Route;
-pub use track::{TrackParams, TrackReport, TrackUpdate, TrackedSpectrum, track};
+pub use track::{TrackParams, TrackStatistics, TrackUpdate, TrackedSpectrum, track};

@@ -88,7 +88,7 @@ pub struct TrackUpdate {
 /// A whole run, in the fields of the record.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct TrackReport {
+pub struct TrackStatistics {
     /// Nodes of the whole graph.
     pub n: usize,
     /// Stored entries of its matrix.
@@ -114,7 +114,7 @@ pub struct TrackReport {
 #[derive(Clone, Debug)]
 pub struct TrackedSpectrum {
     /// Everything but the vectors.
-    pub report: TrackReport,
+    pub statistics: TrackStatistics,
     /// The pairs of the whole graph: vectors n × k.
     pub eigenpairs: Eigenpairs,
 }
@@ -186,7 +186,7 @@ fn follow(
         .into_eigenpairs()
         .expect("k ≥ 1 and k ≤ n, so that there was an update");
     Ok(TrackedSpectrum {
-        report: TrackReport {
+        statistics: TrackStatistics {
             n: graph.num_nodes(),
             nnz: graph.nnz(),
             k: params.k,
@@ -244,7 +244,7 @@ mod tests {
     use crate::testing;
 
     #[test]
-    fn report_has_the_documented_fields() {
+    fn statistics_have_the_documented_fields() {
         let graph = testing::discovered(&testing::grid(10, 10), 1);
         let params = TrackParams {
             k: 70,
@@ -252,7 +252,7 @@ mod tests {
         };
         let mut seen = 0;
         let tracked = track(&graph, &params, |_| seen += 1).unwrap();
-        let json = serde_json::to_value(&tracked.report).unwrap();
+        let json = serde_json::to_value(&tracked.statistics).unwrap();
         for field in [
             "n",
             "nnz",
@@ -288,7 +288,7 @@ mod tests {
             "fewer nodes than k"
         );
         assert_eq!(tracked.eigenpairs.vectors.ncols(), 70);
-        assert_eq!(seen, tracked.report.updates.len());
+        assert_eq!(seen, tracked.statistics.updates.len());
     }
 
     #[test]

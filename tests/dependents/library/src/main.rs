@@ -4,7 +4,7 @@ use eigentrail::engine::{PipelineError, PipelineParams, ShapingPipeline};
 use eigentrail::env::{Action, Step, StepStatus};
 
 fn main() -> Result<(), PipelineError> {
-    let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 1, None, 0);
+    let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 1, None, 0)?;
     pipeline.begin_episode(&0);
     let step = |state, status| Step {
         state,

@@ -1,0 +1,235 @@
+//! Statistics of the ends of episodes: goals, labels, and the typical cost of a step.
+
+use crate::graph::StateId;
+use crate::shaping::Goal;
+use foldhash::fast::FixedState;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// Running sums of one terminal state.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Ending {
+    reward_sum: f64,
+    count: u32,
+}
+
+/// Goals seen, labels of the trajectories (section 4.1 of the source paper), and the typical cost of a step.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct GoalStatistics {
+    /// In the order of discovery.
+    endings: IndexMap<StateId, Ending, FixedState>,
+    /// The same with mean rewards.
+    goals: Vec<Goal>,
+    labels: Vec<(StateId, usize)>,
+    /// By state: its place in `labels`.
+    label_places: Vec<Option<u32>>,
+    step_rewards: f64,
+    steps: u64,
+}
+
+impl GoalStatistics {
+    /// Counts the reward of a step that ended nothing. O(1).
+    pub fn count_step(&mut self, reward: f64) {
+        self.step_rewards += reward;
+        self.steps += 1;
+    }
+
+    /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
+    pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
+        let entry = self.endings.entry(state);
+        let place = entry.index();
+        let ending = entry.or_default();
+        ending.reward_sum += reward;
+        ending.count += 1;
+        let goal = Goal {
+            state,
+            reward: ending.reward_sum / f64::from(ending.count),
+        };
+        let is_new = place == self.goals.len();
+        if is_new {
+            self.goals.push(goal);
+        } else {
+            self.goals[place] = goal;
+        }
+        is_new
+    }
+
+    /// Labels the two ends of a trajectory: the start as not rewarding, the end as rewarding if it is a goal.
+    /// A state keeps the first label it got, except that a goal is always rewarding.
+    pub fn label_trajectory(&mut self, start: StateId, end: StateId, at_goal: bool) {
+        self.label(start, 0);
+        self.label(end, usize::from(at_goal));
+    }
+
+    fn label(&mut self, state: StateId, class: usize) {
+        if state.index() >= self.label_places.len() {
+            self.label_places.resize(state.index() + 1, None);
+        }
+        match self.label_places[state.index()] {
+            None => {
+                self.label_places[state.index()] = Some(self.labels.len() as u32);
+                self.labels.push((state, class));
+            }
+            Some(place) if class == 1 => self.labels[place as usize].1 = 1,
+            Some(_) => {}
+        }
+    }
+
+    /// Whether no goal is known.
+    pub fn is_empty(&self) -> bool {
+        self.goals.is_empty()
+    }
+
+    /// The goals with their mean rewards, in the order of their discovery.
+    pub fn goals(&self) -> &[Goal] {
+        &self.goals
+    }
+
+    /// The goals' states, in the order of their discovery.
+    pub fn states(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.goals.iter().map(|goal| goal.state)
+    }
+
+    /// Labelled states, class 1 = rewarding.
+    pub fn labels(&self) -> &[(StateId, usize)] {
+        &self.labels
+    }
+
+    /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals)
+    /// if there was.
+    pub fn forget(&mut self, state: StateId) -> bool {
+        let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
+            return false;
+        };
+        self.goals.remove(place);
+        if let Some(&Some(label)) = self.label_places.get(state.index()) {
+            self.labels[label as usize].1 = 0;
+        }
+        true
+    }
+
+    /// Whether some goal pays more than nothing.
+    pub fn pays(&self) -> bool {
+        self.goals.iter().any(|goal| goal.reward > 0.0)
+    }
+
+    /// Mean cost −r of the steps that ended nothing, at least 0; 0 before the first one.
+    pub fn step_cost(&self) -> f64 {
+        if self.steps == 0 {
+            0.0
+        } else {
+            (-self.step_rewards / self.steps as f64).max(0.0)
+        }
+    }
+
+    /// By how many steps each goal is worse than the best one: (state, ⌈(r* − r) ÷ step cost⌉).
+    ///
+    /// Where steps cost nothing that is 10⁶ for every goal of less reward.
+    pub fn handicaps(&self) -> Vec<(StateId, u32)> {
+        /// Where steps cost nothing, a goal of less reward is never worth it while the best one is in reach.
+        const HOPELESS: f64 = 1e6;
+        let step_cost = self.step_cost();
+        let best = self
+            .goals
+            .iter()
+            .map(|goal| goal.reward)
+            .fold(f64::NEG_INFINITY, f64::max);
+        self.goals
+            .iter()
+            .map(|goal| {
+                let loss = best - goal.reward;
+                let steps = if loss == 0.0 {
+                    0.0
+                } else {
+                    (loss / step_cost).min(HOPELESS)
+                };
+                (goal.state, steps.ceil() as u32)
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_carry_mean_rewards_and_handicaps_count_steps() {
+        let mut goals = GoalStatistics::default();
+        goals.count_step(-2.0);
+        assert!(goals.count_ending(StateId(3), 10.0));
+        assert!(!goals.count_ending(StateId(3), 20.0));
+        assert!(goals.count_ending(StateId(5), 10.0));
+        assert_eq!(goals.goals()[0].reward, 15.0);
+        assert!(goals.pays());
+        assert_eq!(goals.handicaps(), [(StateId(3), 0), (StateId(5), 3)]);
+    }
+
+    #[test]
+    fn a_goal_overrides_an_earlier_label_and_can_be_forgotten() {
+        let mut goals = GoalStatistics::default();
+        goals.label_trajectory(StateId(0), StateId(4), false);
+        goals.label_trajectory(StateId(0), StateId(4), true);
+        assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 1)]);
+        goals.count_ending(StateId(4), 0.0);
+        assert!(goals.forget(StateId(4)));
+        assert!(!goals.forget(StateId(4)), "there is nothing left to forget");
+        assert!(goals.is_empty());
+        assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 0)]);
+    }
+
+    #[test]
+    fn forgetting_keeps_the_order_of_the_others_and_their_means() {
+        let mut goals = GoalStatistics::default();
+        for (state, reward) in [(7, 1.0), (2, 2.0), (9, 3.0)] {
+            goals.count_ending(StateId(state), reward);
+        }
+        assert!(!goals.forget(StateId(0)));
+        assert!(goals.forget(StateId(2)));
+        assert!(!goals.count_ending(StateId(9), 5.0));
+        let means: Vec<_> = goals
+            .goals()
+            .iter()
+            .map(|g| (g.state.0, g.reward))
+            .collect();
+        assert_eq!(means, [(7, 1.0), (9, 4.0)]);
+        assert!(
+            goals.count_ending(StateId(2), 8.0),
+            "found again, it is new"
+        );
+        assert_eq!(
+            goals.goals()[2].reward,
+            8.0,
+            "what it paid once does not count"
+        );
+    }
+
+    #[test]
+    fn free_steps_make_a_lesser_goal_hopeless_and_costly_rewards_do_not() {
+        let mut goals = GoalStatistics::default();
+        assert_eq!(goals.step_cost(), 0.0);
+        assert!(!goals.pays(), "nothing is known to pay");
+        goals.count_step(0.5);
+        assert_eq!(goals.step_cost(), 0.0, "steps that pay cost nothing");
+        goals.count_ending(StateId(0), 1.0);
+        goals.count_ending(StateId(1), 2.0);
+        assert_eq!(
+            goals.handicaps(),
+            [(StateId(0), 1_000_000), (StateId(1), 0)]
+        );
+        goals.count_step(-1.5);
+        assert_eq!(goals.step_cost(), 0.5);
+        assert_eq!(goals.handicaps(), [(StateId(0), 2), (StateId(1), 0)]);
+    }
+
+    #[test]
+    fn a_state_keeps_its_first_label_unless_it_turns_out_a_goal() {
+        let mut goals = GoalStatistics::default();
+        goals.label_trajectory(StateId(0), StateId(1), true);
+        goals.label_trajectory(StateId(1), StateId(2), false);
+        assert_eq!(
+            goals.labels(),
+            [(StateId(0), 0), (StateId(1), 1), (StateId(2), 0)]
+        );
+    }
+}

@@ -1,0 +1,99 @@
+//! What a step teaches: the graph, the potential of new states, and the goals.
+
+use super::WorldModel;
+use crate::engine::error::PipelineError;
+use crate::env::{Action, Step, StepStatus};
+use crate::exploration::RecordedStep;
+use crate::graph::StateId;
+use std::hash::Hash;
+
+/// A step as the graph has taken it in.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::engine) struct Recorded {
+    pub step: RecordedStep,
+    pub new_state: bool,
+}
+
+impl<S: Clone + Eq + Hash> WorldModel<S> {
+    /// The number of a state, which joins the graph if it is new.
+    pub(in crate::engine) fn intern(&mut self, state: &S) -> StateId {
+        self.graph.intern(state).0
+    }
+
+    /// Takes a step from `from` into the graph; a new state inherits its potential.
+    ///
+    /// # Errors
+    /// If the reward is not finite or the action does not exist; nothing has changed then.
+    pub(in crate::engine) fn record(
+        &mut self,
+        from: StateId,
+        action: Action,
+        step: &Step<S>,
+    ) -> Result<Recorded, PipelineError> {
+        self.check(action, step.reward)?;
+        self.step += 1;
+        let terminated = step.status == StepStatus::Terminated;
+        let (to, new_state) = self.graph.intern(&step.state);
+        let untried = self.graph.transitions().tries(from, action) == 0;
+        let new_edge = self.graph.record(from, action, step.reward, to, terminated);
+        self.pairs_tried += u64::from(untried);
+        if new_state {
+            self.table.inherit(to, from);
+        }
+        Ok(Recorded {
+            step: RecordedStep {
+                from,
+                action,
+                to,
+                terminated,
+                first_time: untried || new_edge || new_state,
+            },
+            new_state,
+        })
+    }
+
+    fn check(&self, action: Action, reward: f64) -> Result<(), PipelineError> {
+        let (step, num_actions) = (self.step, self.graph.transitions().num_actions());
+        if action.index() >= num_actions {
+            return Err(PipelineError::Action {
+                step,
+                action: action.0,
+                num_actions,
+            });
+        }
+        match reward.is_finite() {
+            true => Ok(()),
+            false => Err(PipelineError::Reward { step, reward }),
+        }
+    }
+
+    /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
+    pub(in crate::engine) fn forget_goal(&mut self, state: StateId) -> bool {
+        if !self.goals.forget(state) {
+            return false;
+        }
+        self.schedule.invalidate_fit();
+        if let Some(exploration) = &mut self.exploration {
+            exploration.forget_destination(self.graph.transitions(), state);
+        }
+        if self.goals.is_empty() {
+            self.table.flatten();
+            self.unit = 1.0;
+        }
+        true
+    }
+
+    /// Counts what a step of an episode that began in `start` says of goals and costs.
+    pub(in crate::engine) fn count(&mut self, start: StateId, next: StateId, step: &Step<S>) {
+        match step.status {
+            StepStatus::Running => self.goals.count_step(step.reward),
+            StepStatus::Truncated => self.goals.label_trajectory(start, next, false),
+            StepStatus::Terminated => {
+                if self.goals.count_ending(next, step.reward) {
+                    self.schedule.invalidate_fit();
+                }
+                self.goals.label_trajectory(start, next, true);
+            }
+        }
+    }
+}

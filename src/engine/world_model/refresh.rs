@@ -1,0 +1,115 @@
+//! Features and potential, brought up to date when the schedule says so and there is somebody to use them.
+
+use super::WorldModel;
+use crate::engine::error::PipelineError;
+use crate::engine::record::RefreshRecord;
+use crate::engine::schedule::Moment;
+use crate::exploration::Destination;
+use crate::graph::SymmetricCsr;
+use crate::shaping::PotentialInputs;
+use faer::Mat;
+use std::hash::Hash;
+use std::time::Instant;
+use tracing::trace_span;
+
+impl<S: Clone + Eq + Hash> WorldModel<S> {
+    fn moment(&self) -> Moment {
+        let graph = self.graph.transitions();
+        Moment {
+            step: self.step,
+            nodes: graph.num_states(),
+            edges: graph.adjacency().num_edges(),
+            pairs_tried: self.pairs_tried,
+        }
+    }
+
+    /// Brings up to date what is due; none if nothing was. `episode_over`: this is the last step of an episode.
+    pub(in crate::engine) fn refresh_if_due(
+        &mut self,
+        episode_over: bool,
+    ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
+        let now = self.moment();
+        let fit_due = !self.goals.is_empty() && self.schedule.fit_due(now, episode_over);
+        let features_due = self.features_due(now);
+        if !features_due && !fit_due {
+            return Ok(None);
+        }
+        let adjacency = self.graph.transitions().adjacency().to_csr();
+        let mut record = RefreshRecord::at(now);
+        if features_due {
+            let _span =
+                trace_span!("spectrum_refresh", step = self.step, nodes = now.nodes).entered();
+            let begin = Instant::now();
+            let refresh = self.features.refresh(&adjacency)?;
+            record.spectrum = refresh.spectrum;
+            record.embedding = refresh.embedding;
+            record.spectrum_seconds = begin.elapsed().as_secs_f64();
+            self.schedule.features_refreshed(now);
+        }
+        if fit_due {
+            let _span = trace_span!("gcn_fit", step = self.step, nodes = now.nodes).entered();
+            let begin = Instant::now();
+            self.fit(&adjacency, &mut record)?;
+            record.fit_seconds = begin.elapsed().as_secs_f64();
+            self.schedule.fitted(now);
+        }
+        Ok(Some(Box::new(record)))
+    }
+
+    /// An agent acts on its features, the potential only takes them for a cost that it smooths.
+    fn features_due(&self, now: Moment) -> bool {
+        self.features.changes()
+            && match self.agent_features {
+                Some(_) => self.schedule.agent_features_due(now),
+                None => self.schedule.potential_features_due(now),
+            }
+    }
+
+    fn fit(
+        &mut self,
+        adjacency: &SymmetricCsr,
+        record: &mut RefreshRecord,
+    ) -> Result<(), PipelineError> {
+        let nothing = Mat::zeros(0, 0);
+        let handicaps = self.goals.handicaps();
+        let inputs = PotentialInputs {
+            graph: self.graph.transitions(),
+            adjacency,
+            goals: self.goals.goals(),
+            labels: self.goals.labels(),
+            features: self
+                .features
+                .get(self.gcn_features)
+                .unwrap_or(nothing.as_ref()),
+        };
+        let fit = self.model.fit(&inputs)?;
+        self.table.replace(&fit)?;
+        record.fit = Some(fit);
+        if let Some(exploration) = &mut self.exploration {
+            let destinations: Vec<_> = handicaps
+                .into_iter()
+                .map(|(state, handicap)| Destination { state, handicap })
+                .collect();
+            exploration.set_goals_pay(self.goals.pays());
+            exploration.set_destinations(self.graph.transitions(), &destinations);
+            self.unit = mean_rise(self.table.values(), exploration.eccentricity());
+        }
+        Ok(())
+    }
+}
+
+/// Range of φ ÷ the hops of the farthest state: what one step towards the goal raises φ by. 1 for a flat φ, whose
+/// differences are all 0 anyway.
+fn mean_rise(values: &[f64], eccentricity: u32) -> f64 {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(*v), high.max(*v))
+        });
+    let range = high - low;
+    if range > 0.0 && eccentricity > 0 {
+        range / f64::from(eccentricity)
+    } else {
+        1.0
+    }
+}

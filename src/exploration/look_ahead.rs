@@ -1,0 +1,148 @@
+//! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring.
+
+use super::model::ExplorationModel;
+use crate::env::Action;
+use crate::exploration::dead_reckoning::Prediction;
+use crate::graph::{StateId, TransitionGraph};
+use crate::shaping::Potential;
+
+/// κ: what was seen anywhere weighs as much as so many tries here.
+const POOLED_TRIES: f64 = 32.0;
+
+impl ExplorationModel {
+    /// Writes the part of the advice for `state` that lasts, one logit per action: `potential_advice` times the expected
+    /// rise of `potential` along each action, in units of `unit` > 0, the rise that one step towards the goal is worth
+    /// on average. All 0 before the first goal. O(out-degree · actions).
+    ///
+    /// # Panics
+    /// If `state` is not in `graph`, or `advice` is shorter than the actions are many.
+    pub fn look_ahead(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
+        advice.fill(0.0);
+        if !self.destinations.is_empty() {
+            self.advise_climb(graph, state, potential, unit, advice);
+        }
+    }
+
+    /// Once a goal is known.
+    fn advise_climb(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        unit: f64,
+        advice: &mut [f64],
+    ) {
+        let weight = self.params.potential_advice / unit;
+        if self.reckoning.noise().is_some() {
+            self.advise_pooled(graph, state, potential, weight, advice);
+        } else {
+            self.advise_potential(graph, state, potential, weight, advice);
+        }
+        self.advise_untried(graph, state, advice);
+    }
+
+    /// Where actions slip alike in all states: the expected rise with P̂ between what was seen here and
+    /// what was seen anywhere, P̂ = (N(s, a, s′) + κ p(s′ − s | a)) / (N(s, a) + κ).
+    fn advise_pooled(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        for towards in (0..advice.len() as u16).map(Action) {
+            let next = self.reckoning.neighbor_towards(graph, state, towards);
+            let Some((next, noise)) = next.zip(self.reckoning.noise()) else {
+                continue;
+            };
+            let rise = potential.value(next) - here;
+            for (a, logit) in advice.iter_mut().enumerate() {
+                *logit += POOLED_TRIES * noise.share(Action(a as u16), towards) * rise;
+            }
+        }
+        for outcome in graph.outcomes(state) {
+            let rise = potential.value(outcome.next) - here;
+            advice[outcome.action.index()] += f64::from(outcome.count) * rise;
+        }
+        for (a, logit) in advice.iter_mut().enumerate() {
+            let tries = f64::from(graph.tries(state, Action(a as u16)));
+            *logit *= weight / (tries + POOLED_TRIES);
+        }
+    }
+
+    /// The expected rise of the potential along each action whose outcome is known.
+    fn advise_potential(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let action = Action(i as u16);
+            if graph.tries(state, action) == 0
+                && let Prediction::Undo(next) = self.reckoning.predict(graph, state, action)
+            {
+                *logit = weight * (potential.value(next) - here);
+            }
+        }
+        for outcome in graph.outcomes(state) {
+            let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
+            let share = f64::from(outcome.count) / tries;
+            advice[outcome.action.index()] +=
+                weight * share * (potential.value(outcome.next) - here);
+        }
+        if self.stochastic {
+            self.add_doubt(graph, state, potential, weight, advice);
+        }
+    }
+
+    /// Where no known action leads uphill, the way up must be one that was never tried.
+    fn advise_untried(&self, graph: &TransitionGraph, state: StateId, advice: &mut [f64]) {
+        if advice.iter().all(|&logit| logit <= 0.0) {
+            for (i, logit) in advice.iter_mut().enumerate() {
+                if graph.tries(state, Action(i as u16)) == 0 {
+                    *logit = self.params.frontier_advice;
+                }
+            }
+        }
+    }
+
+    /// Outcomes not seen that count beside those seen: where actions slip, one bad try must not rule an action out.
+    fn doubt(&self) -> f64 {
+        if self.stochastic { 1.0 } else { 0.0 }
+    }
+
+    /// The unseen outcome of every tried action might be the best neighbour of `state`.
+    fn add_doubt(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+        potential: &impl Potential,
+        weight: f64,
+        advice: &mut [f64],
+    ) {
+        let here = potential.value(state);
+        let neighbors = graph.adjacency().neighbors(state.0).iter();
+        let best = neighbors
+            .map(|&next| potential.value(StateId(next)) - here)
+            .fold(0.0, f64::max);
+        for (i, logit) in advice.iter_mut().enumerate() {
+            let tries = graph.tries(state, Action(i as u16));
+            if tries > 0 {
+                *logit += weight * best * self.doubt() / (f64::from(tries) + self.doubt());
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Parameters of the exploration.
+
+use crate::env::LARGEST_RETURN;
+use crate::parameter::{ParameterError, Section};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which exploration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExplorationKind {
+    /// The nearest state with untried actions, as advice to the policy.
+    #[default]
+    Frontier,
+    /// β/√N added to the reward.
+    CountBonus,
+    /// The policy's own randomness.
+    None,
+}
+
+/// What is looked for once a goal has been reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Optimism {
+    /// Shorter paths to the goals seen: an untried action is tried if the best that it could lead to beats the best path known.
+    #[default]
+    SeenGoals,
+    /// Also goals not seen yet: an untried action might lead straight to one (R-max, Brafman & Tennenholtz 2002).
+    AnyGoal,
+    /// Nothing: the agent settles for the first path.
+    None,
+}
+
+/// Parameters of the exploration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExplorationParams {
+    /// frontier | count-bonus | none
+    pub kind: ExplorationKind,
+    /// Logits added to the action on the way to the frontier.
+    pub frontier_advice: f64,
+    /// Logits added for a rise of the potential worth one step, once a goal has been reached.
+    pub potential_advice: f64,
+    /// What is looked for once a goal has been reached: seen-goals | any-goal | none
+    pub optimism: Optimism,
+    /// With `seen-goals`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
+    pub search_share: f64,
+    /// The same once a goal has paid more than nothing (a reward above 0): another one may pay more, however far it is.
+    pub reward_search_share: f64,
+    /// β of the count bonus, in units of reward.
+    pub bonus: f64,
+}
+
+impl Default for ExplorationParams {
+    fn default() -> Self {
+        Self {
+            kind: ExplorationKind::Frontier,
+            frontier_advice: 12.0,
+            potential_advice: 20.0,
+            optimism: Optimism::SeenGoals,
+            search_share: 0.005,
+            reward_search_share: 0.8,
+            bonus: 1.0,
+        }
+    }
+}
+
+impl ExplorationParams {
+    /// Checks every rule.
+    ///
+    /// # Errors
+    /// The first key that breaks its rule.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let non_negative = "at least 0 and below 1e27";
+        let share = "at least 0 and below 1";
+        let checks = [
+            (
+                "frontier_advice",
+                self.frontier_advice,
+                LARGEST_RETURN,
+                non_negative,
+            ),
+            (
+                "potential_advice",
+                self.potential_advice,
+                LARGEST_RETURN,
+                non_negative,
+            ),
+            ("bonus", self.bonus, LARGEST_RETURN, non_negative),
+            ("search_share", self.search_share, 1.0, share),
+            ("reward_search_share", self.reward_search_share, 1.0, share),
+        ];
+        for (key, value, limit, rule) in checks {
+            let holds = (0.0..limit).contains(&value);
+            Section("exploration").number(key, value, holds, rule)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_broken_rules_name_their_key() {
+        ExplorationParams::default()
+            .validate()
+            .expect("defaults are valid");
+        let broken = ExplorationParams {
+            search_share: 1.0,
+            ..Default::default()
+        };
+        assert_eq!(
+            broken.validate().expect_err("1 is too much").key,
+            "search_share"
+        );
+        let broken = ExplorationParams {
+            bonus: f64::NAN,
+            ..Default::default()
+        };
+        assert_eq!(broken.validate().expect_err("NaN is no bonus").key, "bonus");
+    }
+}

@@ -1,0 +1,74 @@
+//! One fit: a solve, and as many epochs as are worth it.
+
+use super::objective::Objective;
+use crate::gcn::{FitStatistics, GcnWorkspace, Propagation};
+use crate::shaping::ShapingError;
+use crate::shaping::network::Network;
+use faer::MatRef;
+
+/// Sweeps for the gradient of the first epoch, when there is none to start from, and of the others.
+const FIRST_SWEEPS: usize = 40;
+const SWEEPS_PER_EPOCH: usize = 4;
+
+/// What the network sees: T̂ and T̂X, the same in all epochs.
+#[derive(Clone, Copy)]
+pub(super) struct Inputs<'a> {
+    pub propagation: &'a Propagation,
+    pub tx: MatRef<'a, f64>,
+}
+
+/// How much training there may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// At most.
+    pub epochs: usize,
+    /// None at all unless the loss is above this.
+    pub begin_above: f64,
+    /// No more once the loss is down to this.
+    pub end_at: f64,
+}
+
+/// Solves for the network's output and lowers `objective` by Adam's steps. The weights with the lowest loss seen are kept, as the objective keeps its costs:
+/// an epoch too wide does not spoil what comes after.
+///
+/// # Errors
+/// If the loss is not finite.
+pub(super) fn train(
+    network: &mut Network,
+    inputs: Inputs<'_>,
+    objective: &mut Objective<'_>,
+    effort: Effort,
+) -> Result<FitStatistics, ShapingError> {
+    let Inputs { propagation, tx } = inputs;
+    let mut workspace = GcnWorkspace::default();
+    let z = network.gcn.forward(propagation, tx, &mut workspace);
+    let initial_loss = objective.begin(z)?;
+    let mut statistics = FitStatistics {
+        epochs: 0,
+        initial_loss,
+        loss: initial_loss,
+    };
+    if initial_loss <= effort.begin_above {
+        return Ok(statistics);
+    }
+    let mut best = network.gcn.clone();
+    let mut gradient = network.gcn.parameters().zeros_like();
+    let mut sweeps = FIRST_SWEEPS;
+    while statistics.epochs < effort.epochs && statistics.loss > effort.end_at {
+        let upstream = objective.gradient(sweeps);
+        network
+            .gcn
+            .backward_into(propagation, tx, &mut workspace, upstream, &mut gradient);
+        network.adam.step(&mut network.gcn, &gradient);
+        let z = network.gcn.forward(propagation, tx, &mut workspace);
+        statistics.epochs += 1;
+        let loss = objective.follow(z, statistics.epochs)?;
+        if loss < statistics.loss {
+            statistics.loss = loss;
+            best.clone_from(&network.gcn);
+        }
+        sweeps = SWEEPS_PER_EPOCH;
+    }
+    network.gcn = best;
+    Ok(statistics)
+}
