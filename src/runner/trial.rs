@@ -33,10 +33,7 @@ pub(super) trait Trial: RunState {
     fn sums(&self) -> &Sums;
 
     /// States where φ would hold up an agent that climbs it; none without a potential.
-    ///
-    /// # Errors
-    /// If they cannot be found.
-    fn spurious_maxima(&self) -> Result<Option<usize>, RunnerError>;
+    fn spurious_maxima(&self) -> Option<usize>;
 }
 
 /// The trial of `seed` in these worlds, of which `optimal` says what could be earned.
@@ -176,11 +173,9 @@ where
         &self.sums
     }
 
-    fn spurious_maxima(&self) -> Result<Option<usize>, RunnerError> {
-        match self.scenario.shaping.potential {
-            PotentialKind::None => Ok(None),
-            _ => Ok(Some(self.engine.pipeline().spurious_maxima()?.len())),
-        }
+    fn spurious_maxima(&self) -> Option<usize> {
+        let has_potential = self.scenario.shaping.potential != PotentialKind::None;
+        has_potential.then(|| self.engine.pipeline().spurious_maxima().len())
     }
 }
 

@@ -127,7 +127,7 @@ proptest! {
 fn rewards_of_every_walker_telescope_over_its_own_episodes() {
     let mut team = Team::new(3, 6, 5);
     let mut entered: Vec<f64> = vec![0.0; 3];
-    let mut sums = vec![0.0; 3];
+    let mut sums = [0.0; 3];
     let mut episodes = 0;
     for turn in 0..3000 {
         let i = turn % 3;
