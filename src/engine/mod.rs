@@ -32,6 +32,8 @@ pub use world_model::WorldModel;
 use crate::agent::{Agent, Experience, Situation};
 use crate::env::{Environment, StepStatus};
 use crate::graph::StateId;
+use serde::{Deserialize, Serialize};
+use std::hash::Hash;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::{debug, info, warn};
 
@@ -39,6 +41,11 @@ use tracing::{debug, info, warn};
 ///
 /// It can be written down and read back at any time, even in the middle of an episode; only the hook of
 /// [`with_true_distances`](Self::with_true_distances) has to be given again.
+#[derive(Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "E: Serialize, E::State: Serialize, A: Serialize",
+    deserialize = "E: Deserialize<'de>, E::State: Clone + Eq + Hash + Deserialize<'de>, A: Deserialize<'de>"
+))]
 pub struct Engine<E: Environment, A> {
     env: E,
     pipeline: ShapingPipeline<E::State>,
@@ -49,6 +56,7 @@ pub struct Engine<E: Environment, A> {
     /// The episode under way.
     under_way: Option<EpisodeRecord>,
     /// Called for every state when it is discovered; gives the oracle its distances.
+    #[serde(skip)]
     on_discovery: Option<DiscoveryHook<E::State>>,
 }
 

@@ -15,9 +15,15 @@ use crate::parameter::ParameterError;
 use crate::shaping::{Goal, PotentialTable};
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
+use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
 /// World model and one walker on it, over any hashable state. Memory O(states + transitions + n k).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "S: Serialize",
+    deserialize = "S: Clone + Eq + Hash + Deserialize<'de>"
+))]
 pub struct ShapingPipeline<S> {
     world: WorldModel<S>,
     walker: Walker,

@@ -23,13 +23,19 @@ use crate::parameter::ParameterError;
 use crate::seeds::{self, Stream};
 use crate::shaping::{
     AbsorbingChain, AnyPotential, Goal, Potential, PotentialKind, PotentialTable, TransitionMatrix,
-    build_potential, cost_to_go,
+    build_potential,
 };
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
+use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
 /// Knowledge of a world over any hashable state, shared by the [walkers](Walker) in it. Memory O(states + transitions + n k).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "S: Serialize",
+    deserialize = "S: Clone + Eq + Hash + Deserialize<'de>"
+))]
 pub struct WorldModel<S> {
     graph: StateGraph<S>,
     features: FeatureSet,
@@ -149,9 +155,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         let graph = self.graph.transitions();
         let goals: Vec<u32> = self.goals.states().map(|goal| goal.0).collect();
         let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
-        let (steps, ends) = (vec![1.0; graph.num_states()], vec![0.0; goals.len()]);
-        let order = cost_to_go(&transitions, &steps, &goals, &ends).order;
-        let chain = AbsorbingChain::new(&transitions, order, goals.len());
+        let chain = AbsorbingChain::by_hops(&transitions, &goals);
         let states = 0..graph.num_states() as u32;
         let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
         Ok(chain.spurious_maxima(&phi))

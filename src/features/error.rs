@@ -1,4 +1,4 @@
-//! Why there are no features.
+//! Reasons why there are no features.
 
 use crate::parameter::ParameterError;
 use crate::spectral::SpectralError;
@@ -13,6 +13,9 @@ pub enum FeatureError {
     /// A parameter outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// Saved vectors are damaged.
+    #[error("the saved state of the random walks is damaged: its parts do not belong together")]
+    Saved,
     /// The vectors grew beyond all bounds.
     #[error("the skip-gram vectors diverged; lower deepwalk.learning_rate")]
     Diverged,

@@ -1,4 +1,4 @@
-//! What the graph network, and if asked the agent, sees of a state: rows of a matrix X made from the visited graph.
+//! Features of states, for the graph network and if asked the agent: rows of a matrix X made from the visited graph.
 //!
 //! | source | a row is | moves when the graph grows |
 //! |---|---|---|
@@ -12,7 +12,7 @@
 //!
 //! [`FeatureSet`] keeps those sources up to date that are asked for.
 
-pub mod deepwalk;
+mod deepwalk;
 mod error;
 mod random;
 mod set;

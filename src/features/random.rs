@@ -4,11 +4,13 @@ use crate::seeds::{Stream, stream};
 use faer::{Mat, MatRef};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Independent standard normal rows, one for each state by its number. Rows never change once they are drawn.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RandomFeatures {
+    #[serde(with = "crate::spectral::plain::matrix")]
     rows: Mat<f64>,
     rng: ChaCha8Rng,
 }

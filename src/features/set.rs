@@ -6,8 +6,9 @@ use super::{
 use crate::graph::SymmetricCsr;
 use crate::spectral::{ProtoValueFunctions, SpectralParams, SpectrumRefresh};
 use faer::MatRef;
+use serde::{Deserialize, Serialize};
 
-/// What a refresh did, for the sources that do something worth telling.
+/// Statistics of a refresh, of the sources that have any.
 #[derive(Clone, Debug, Default)]
 pub struct FeatureRefresh {
     /// The eigensolver, if eigenvectors are in use.
@@ -16,8 +17,9 @@ pub struct FeatureRefresh {
     pub embedding: Option<EmbeddingRefresh>,
 }
 
-/// Features from every source that somebody uses. Sources that nobody uses cost nothing.
-#[derive(Debug)]
+/// Features from every source that somebody uses. Sources that nobody uses cost nothing. A plain value: written down with
+/// serde and read back, it continues exactly where it was.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FeatureSet {
     used: Vec<FeatureSource>,
     spectrum: ProtoValueFunctions,
@@ -92,6 +94,41 @@ impl FeatureSet {
 mod tests {
     use super::*;
     use crate::features::deepwalk::testing::two_cliques;
+    use eigentrail_testing::graphs;
+
+    fn read_back(set: &FeatureSet) -> FeatureSet {
+        postcard::from_bytes(&postcard::to_stdvec(set).unwrap()).unwrap()
+    }
+
+    /// Written down and read back between refreshes of a graph that grows, every source goes on to the same bits.
+    #[test]
+    fn features_read_back_go_on_to_the_same_bits() {
+        let whole = graphs::discovered(&graphs::maze(12, 12, 0.1, 1), 2);
+        let whole = SymmetricCsr::new(whole).unwrap();
+        let bits = |set: &FeatureSet| {
+            let entries = |x: MatRef<'_, f64>| -> Vec<u64> {
+                let columns = x.col_iter().flat_map(|column| column.iter());
+                columns.map(|value| value.to_bits()).collect()
+            };
+            FeatureSource::ALL.map(|source| set.get(source).map(entries))
+        };
+        let mut kept = FeatureSet::new(
+            &FeatureSource::ALL,
+            &Default::default(),
+            &Default::default(),
+            1,
+        );
+        let mut read = read_back(&kept);
+        for nodes in [1, 20, 90, whole.num_nodes()] {
+            let graph = whole.leading_block(nodes);
+            kept.refresh(&graph).unwrap();
+            read.refresh(&graph).unwrap();
+            assert!(bits(&kept)[..3].iter().all(Option::is_some));
+            assert!(bits(&read) == bits(&kept), "{nodes} nodes");
+            read = read_back(&read);
+            assert!(bits(&read) == bits(&kept), "before the next refresh, too");
+        }
+    }
 
     #[test]
     fn only_what_is_in_use_is_there() {

@@ -1,4 +1,4 @@
-//! What can go wrong with data from outside: parameters, checkpoints, floating point.
+//! Errors in data from outside: parameters, checkpoints, floating point.
 
 use crate::parameter::ParameterError;
 

@@ -8,7 +8,7 @@ use crate::graph::SymmetricCsr;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-/// What a fit did.
+/// Epochs and losses of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitStatistics {
     /// Steps of the optimiser.
@@ -53,9 +53,7 @@ pub fn fit_classifier(
     }
     let tx = propagation.apply_packed(features);
     if !tx.iter().all(|value| value.is_finite()) {
-        return Err(GcnError::NotFinite {
-            what: "features or edge weights",
-        });
+        return Err(GcnError::NotFinite { what: "features" });
     }
     let mut fit = Fit {
         propagation,
@@ -73,7 +71,7 @@ pub fn fit_classifier(
     Ok((fit.evaluation.probabilities().to_owned(), outcome?))
 }
 
-/// What stays the same from epoch to epoch, and the buffers.
+/// One fit: what stays the same from epoch to epoch, and the buffers.
 struct Fit<'a> {
     propagation: &'a Propagation,
     tx: MatRef<'a, f64>,

@@ -66,5 +66,5 @@ pub use model::Gcn;
 pub use parameters::{GcnGradient, GcnParameters};
 pub use params::GcnParams;
 pub use propagation::Propagation;
-pub use smoothness::Smoothness;
+pub(crate) use smoothness::Smoothness;
 pub use workspace::GcnWorkspace;

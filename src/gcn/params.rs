@@ -1,4 +1,4 @@
-//! What a fit may be told.
+//! Parameters of the network and of its fit.
 
 use crate::features::FeatureSource;
 use crate::parameter::{ParameterError, Section};

@@ -79,11 +79,6 @@ impl Propagation {
         self.offsets.len() - 1
     }
 
-    /// Stored entries of T̂.
-    pub fn nnz(&self) -> usize {
-        self.columns.len()
-    }
-
     /// T̂ X, n × f; O(nnz · f) and three n × f buffers. Rows run on rayon's threads.
     ///
     /// # Panics

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 #[derive(Clone, Copy, Debug)]
 pub struct Smoothness<'a> {
     adjacency: &'a SymmetricCsr,
+    /// Undirected, self-loops not counted.
     num_edges: usize,
 }
 
@@ -25,11 +26,6 @@ impl<'a> Smoothness<'a> {
             adjacency,
             num_edges: (0..adjacency.num_nodes()).map(above).sum(),
         }
-    }
-
-    /// Undirected edges, self-loops not counted.
-    pub fn num_edges(&self) -> usize {
-        self.num_edges
     }
 
     /// tr(VᵀLV) / |E| for the row-major n × `columns` slice `values`; sets `gradient` to (2 / |E|) L V.
@@ -154,7 +150,7 @@ mod tests {
         }
         let adjacency = SymmetricCsr::new(triplets.to_csr()).unwrap();
         let smoothness = Smoothness::new(&adjacency);
-        assert_eq!(smoothness.num_edges(), 4);
+        assert_eq!(smoothness.num_edges, 4);
         for c in [1, 2, 3, 5] {
             let values: Vec<f64> = (0..5 * c).map(|i| ((7 * i) % 11) as f64 - 4.0).collect();
             let mut gradient = vec![f64::NAN; 5 * c];

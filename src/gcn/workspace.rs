@@ -25,7 +25,7 @@ pub struct GcnWorkspace {
     pub(super) num_nodes: usize,
 }
 
-/// What one lane of rows owns, so that lanes may run side by side and be added in order.
+/// Buffers of one lane of rows, so that lanes may run side by side and be added in order.
 #[derive(Clone, Debug)]
 pub(super) struct Lane {
     /// ∂loss/∂(T̂X W0 + b0) of one block of rows.

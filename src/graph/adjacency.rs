@@ -20,7 +20,6 @@ mod csr;
 mod saved;
 
 use super::GraphError;
-use super::growth::{Growth, Revision};
 use super::slack_rows::SlackRows;
 use saved::Saved;
 use serde::{Deserialize, Serialize};
@@ -75,22 +74,6 @@ impl Adjacency {
     /// Stored entries of the matrix: two for an edge, one for a self-loop.
     pub fn nnz(&self) -> usize {
         self.inner.num_entries()
-    }
-
-    /// The present counts, to be handed to [`Self::growth_since`] later.
-    pub fn revision(&self) -> Revision {
-        Revision {
-            nodes: self.num_nodes(),
-            edges: self.num_edges(),
-        }
-    }
-
-    /// Nodes and edges added since `earlier`.
-    ///
-    /// # Panics
-    /// If `earlier` is not a past revision of this graph.
-    pub fn growth_since(&self, earlier: Revision) -> Growth {
-        self.revision().since(earlier)
     }
 
     /// Adds an isolated node, returns its number. Amortised O(1).

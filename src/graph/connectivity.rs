@@ -1,4 +1,4 @@
-//! How far, and whether at all: hops and connected components.
+//! How far, and whether at all: hops by breadth-first search.
 //!
 //! hops(v) = the least number of links on a way to v from the nearest source, by breadth-first search, O(n + nnz).
 //! What a link is comes from [`Links`]: the edges of an [`Adjacency`] or a [`SymmetricCsr`]; the tried transitions as they were
@@ -196,57 +196,6 @@ pub fn hops(links: &impl Links, sources: impl IntoIterator<Item = StateId>) -> V
     search.hops
 }
 
-/// The connected components of an undirected graph, numbered in the order of their first nodes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Components {
-    /// The component of each node, n values; node 0 is in component 0.
-    pub labels: Vec<u32>,
-    /// Number of nodes of each component, at least 1.
-    pub sizes: Vec<u32>,
-}
-
-impl Components {
-    /// Number of components; an isolated node is one.
-    pub fn count(&self) -> usize {
-        self.sizes.len()
-    }
-
-    /// Finds the components of `links` anew in the buffers of `self`. O(n + nnz).
-    ///
-    /// `links` must be symmetric ([`Adjacency`], [`SymmetricCsr`]); in a directed graph the result means nothing.
-    pub fn update(&mut self, links: &impl Links) {
-        let Self { labels, sizes } = self;
-        labels.clear();
-        labels.resize(links.num_nodes(), UNREACHED);
-        sizes.clear();
-        let mut stack = Vec::new();
-        for first in 0..links.num_nodes() as u32 {
-            if labels[first as usize] != UNREACHED {
-                continue;
-            }
-            let label = sizes.len() as u32;
-            labels[first as usize] = label;
-            stack.push(first);
-            sizes.push(0);
-            while let Some(node) = stack.pop() {
-                sizes[label as usize] += 1;
-                for neighbor in links.linked(node) {
-                    if std::mem::replace(&mut labels[neighbor as usize], label) == UNREACHED {
-                        stack.push(neighbor);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The connected components of an undirected graph; see [`Components::update`].
-pub fn components(links: &impl Links) -> Components {
-    let mut components = Components::default();
-    components.update(links);
-    components
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -311,16 +260,6 @@ mod tests {
         assert_eq!(search.hops()[9..], [UNREACHED, 4, UNREACHED]);
         assert_eq!(search.hops()[3], 3, "a known node keeps its hops");
         assert_eq!(search.eccentricity(), 3);
-    }
-
-    #[test]
-    fn components_are_numbered_by_their_first_node() {
-        let graph = three_components();
-        let found = components(&graph);
-        assert_eq!(found.labels, [0, 0, 0, 0, 0, 0, 1, 2, 2]);
-        assert_eq!(found.sizes, [6, 1, 2]);
-        assert_eq!(components(&graph.to_csr()), found);
-        assert_eq!(components(&Adjacency::new()).count(), 0);
     }
 
     #[test]

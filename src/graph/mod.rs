@@ -25,25 +25,23 @@
 //! assert_eq!(graph.transitions().adjacency().degree(0), 1.0);
 //! ```
 
-pub mod adjacency;
+mod adjacency;
 pub mod connectivity;
 pub mod dot;
-pub mod error;
-pub mod export;
+mod error;
+mod export;
 pub mod graphml;
-pub mod growth;
 #[cfg(feature = "matrix-market")]
 pub mod matrix_market;
 mod slack_rows;
-pub mod state_graph;
-pub mod transition_graph;
+mod state_graph;
+mod transition_graph;
 
 pub use adjacency::Adjacency;
-pub use connectivity::{Components, HopSearch, Links};
+pub use connectivity::{HopSearch, Links};
 pub use eigentrail_spectra::SymmetricCsr;
 pub use error::GraphError;
 pub use export::NodeAttributes;
-pub use growth::{Growth, Revision};
 #[cfg(feature = "matrix-market")]
 pub use matrix_market::MatrixMarketError;
 pub use state_graph::StateGraph;

@@ -3,7 +3,6 @@
 //! States are kept in the order in which they were first seen, so that `state(id(s)) = s` and new states append. The
 //! hash function has a fixed seed: nothing observable depends on hashes, and equal runs do equal work.
 
-use super::growth::{Growth, Revision};
 use super::{GraphError, StateId, TransitionGraph};
 use crate::env::Action;
 use foldhash::fast::FixedState;
@@ -94,19 +93,6 @@ impl<S: Clone + Eq + Hash> StateGraph<S> {
         self.transitions.record(from, action, reward, to, terminal)
     }
 
-    /// The present size, to be handed to [`Self::growth_since`] later.
-    pub fn revision(&self) -> Revision {
-        self.transitions.revision()
-    }
-
-    /// States and undirected edges added since `earlier`.
-    ///
-    /// # Panics
-    /// If `earlier` is not a past revision of this graph.
-    pub fn growth_since(&self, earlier: Revision) -> Growth {
-        self.transitions.growth_since(earlier)
-    }
-
     /// Checks that states and numbers agree, and the transitions with themselves; meant for tests.
     ///
     /// # Panics
@@ -184,19 +170,6 @@ mod tests {
         }
         assert_eq!(graph.states().copied().collect::<Vec<_>>(), ["c", "a", "b"]);
         assert_eq!((graph.id(&"d"), graph.state(StateId(1))), (None, &"a"));
-    }
-
-    #[test]
-    fn growth_counts_states_and_undirected_edges() {
-        let mut graph = StateGraph::new(2);
-        let (here, _) = graph.intern(&(0, 0));
-        let before = graph.revision();
-        let (there, _) = graph.intern(&(0, 1));
-        assert!(graph.record(here, Action(0), -1.0, there, false));
-        assert!(!graph.record(there, Action(1), -1.0, here, false));
-        assert!(!graph.record(here, Action(1), -1.0, here, false));
-        assert_eq!(graph.growth_since(before), Growth { nodes: 1, edges: 1 });
-        graph.assert_consistent();
     }
 
     #[test]

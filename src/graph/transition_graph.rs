@@ -24,7 +24,6 @@ mod saved;
 
 pub use outcomes::Outcome;
 
-use super::growth::{Growth, Revision};
 use super::{Adjacency, StateId};
 use crate::env::Action;
 use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
@@ -215,19 +214,6 @@ impl TransitionGraph {
     /// Number of different (s, a, s′) seen.
     pub fn num_transitions(&self) -> usize {
         self.digraph.edge_count()
-    }
-
-    /// The present size of the undirected graph, to be handed to [`Self::growth_since`] later.
-    pub fn revision(&self) -> Revision {
-        self.adjacency.revision()
-    }
-
-    /// States and undirected edges added since `earlier`.
-    ///
-    /// # Panics
-    /// If `earlier` is not a past revision of this graph.
-    pub fn growth_since(&self, earlier: Revision) -> Growth {
-        self.adjacency.growth_since(earlier)
     }
 
     fn slot(&self, state: StateId, action: Action) -> usize {

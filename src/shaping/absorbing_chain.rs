@@ -9,6 +9,7 @@
 //! A sweep over the rows is then one pass through contiguous memory, and every row past the goals has at least one
 //! near column: the successor through which it was first reached.
 
+use super::cost_to_go::cost_to_go;
 use super::transition_matrix::TransitionMatrix;
 use crate::graph::StateId;
 use std::ops::Range;
@@ -29,12 +30,22 @@ pub struct AbsorbingChain {
 }
 
 impl AbsorbingChain {
-    /// Lays out `transitions` along `order`, of which the first `num_goals` are goals (see
-    /// [`cost_to_go`](super::cost_to_go::cost_to_go)). O(nnz log degree).
+    /// The chain of `transitions`, absorbed by `goals`, nearest first by hops. O((n + nnz) log n).
+    ///
+    /// # Panics
+    /// If a goal is out of range.
+    pub fn by_hops(transitions: &TransitionMatrix, goals: &[u32]) -> Self {
+        let (steps, ends) = (vec![1.0; transitions.num_states()], vec![0.0; goals.len()]);
+        let order = cost_to_go(transitions, &steps, goals, &ends).order;
+        Self::new(transitions, order, goals.len())
+    }
+
+    /// Lays out `transitions` along `order`, of which the first `num_goals` are goals (see [`cost_to_go`]).
+    /// O(nnz log degree).
     ///
     /// # Panics
     /// If a state past the goals has no successor before it: the order is then not one of reachability.
-    pub fn new(transitions: &TransitionMatrix, order: Vec<u32>, num_goals: usize) -> Self {
+    pub(super) fn new(transitions: &TransitionMatrix, order: Vec<u32>, num_goals: usize) -> Self {
         let mut position = vec![u32::MAX; transitions.num_states()];
         order
             .iter()

@@ -59,7 +59,7 @@ impl AnyPotential {
     /// φ of all states discovered so far. Learnt potentials continue from their present weights.
     ///
     /// # Errors
-    /// If the fit diverged, or if rewards, weights or results are not finite.
+    /// If the fit diverged, or if rewards, features or results are not finite.
     ///
     /// # Panics
     /// If `inputs.adjacency` has not as many rows as `inputs.graph` has states, or a goal or label is out of range.

@@ -66,12 +66,8 @@ impl GraphPotential for ClassProbabilityPotential {
         }
         let features = extended_features(context.features, context.adjacency);
         let untrained = self.untrained(features.ncols());
-        let (network, _) = Network::prepare(
-            &mut self.network,
-            features.ncols(),
-            self.gcn.learning_rate,
-            || untrained,
-        );
+        let rate = self.gcn.learning_rate;
+        let (network, _) = Network::prepare(&mut self.network, untrained, rate);
         let labels: Vec<(u32, usize)> = context
             .labels
             .iter()

@@ -204,7 +204,7 @@ impl<'c> ControlledWalk<'c> {
     }
 }
 
-/// What a sweep did to x.
+/// The change of x in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     largest_step: f64,

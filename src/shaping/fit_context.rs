@@ -1,4 +1,4 @@
-//! What potentials on a graph are fitted on: the same code serves an explored world and a bare graph.
+//! The data that potentials on a graph are fitted on: the same code serves an explored world and a bare graph.
 
 use super::shortest_path::ShortestPathProblem;
 use super::{PotentialFit, ShapingError};

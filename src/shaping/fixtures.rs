@@ -1,7 +1,6 @@
 //! Small graphs for the tests of this module.
 
 use super::absorbing_chain::AbsorbingChain;
-use super::cost_to_go::cost_to_go;
 use super::fit_context::FitContext;
 use super::shortest_path::ShortestPathProblem;
 use super::transition_matrix::TransitionMatrix;
@@ -43,10 +42,7 @@ pub fn grid(rows: usize, columns: usize, walls: &[usize]) -> SymmetricCsr {
 
 /// Unit costs and goals of equal worth.
 pub fn chain(adjacency: &SymmetricCsr, goals: &[u32]) -> AbsorbingChain {
-    let transitions = TransitionMatrix::undirected(adjacency);
-    let costs = vec![1.0; adjacency.num_nodes()];
-    let reach = cost_to_go(&transitions, &costs, goals, &vec![0.0; goals.len()]);
-    AbsorbingChain::new(&transitions, reach.order, goals.len())
+    AbsorbingChain::by_hops(&TransitionMatrix::undirected(adjacency), goals)
 }
 
 /// Graphs of 2 to 24 nodes, any density, connected or not, with self-loops.

@@ -21,7 +21,7 @@ const FINAL_SHARE: f64 = 1e-3;
 const MAX_ROUNDS: usize = 12;
 const ROUNDS_TOL: f64 = 1e-3;
 
-/// What an earlier solution says about the present one.
+/// A first guess of a solution, from an earlier one.
 #[derive(Clone, Debug)]
 pub(crate) struct Guess {
     /// By position, ∞ where nothing is known.

@@ -67,7 +67,6 @@ pub use absorbing_chain::AbsorbingChain;
 pub use any::{AnyPotential, build_potential};
 pub use class_probability::ClassProbabilityPotential;
 pub use controlled_walk::ControlledWalk;
-pub use cost_to_go::{CostToGo, cost_to_go};
 pub use fit_context::{FitContext, GraphPotential};
 pub use heat::HeatPotential;
 pub use hops::HopsPotential;
@@ -101,10 +100,10 @@ pub struct Goal {
     pub reward: f64,
 }
 
-/// What a potential may be fitted on: everything discovered so far, nothing else.
+/// The data a potential is fitted on: everything discovered so far, nothing else.
 #[derive(Clone, Copy)]
 pub struct PotentialInputs<'a> {
-    /// What was tried and what came of it.
+    /// Actions tried and their outcomes.
     pub graph: &'a TransitionGraph,
     /// Compact copy of `graph.adjacency()`, taken once per refresh: as many rows as the graph has states.
     pub adjacency: &'a SymmetricCsr,
@@ -121,13 +120,13 @@ pub struct PotentialInputs<'a> {
 pub struct PotentialFit {
     /// φ by state number, finite.
     pub values: Vec<f64>,
-    /// What the GCN's training did; `None` for potentials without learning.
+    /// Epochs and losses of the GCN's training; `None` for potentials without learning.
     pub fit: Option<crate::gcn::FitStatistics>,
-    /// What the solve of the linearly solvable MDP cost; `None` for potentials without one.
+    /// Cost and accuracy of the solve of the linearly solvable MDP; `None` for potentials without one.
     pub solve: Option<SolveStatistics>,
 }
 
-/// Why there is no potential.
+/// Reasons why there is no potential.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapingError {

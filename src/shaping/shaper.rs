@@ -38,16 +38,6 @@ impl RewardShaper {
         }
     }
 
-    /// The discount in F.
-    pub fn gamma(&self) -> f64 {
-        self.gamma
-    }
-
-    /// The potential used on entering the present state.
-    pub fn entered_with(&self) -> f64 {
-        self.entered_with
-    }
-
     /// Begins an episode in a state with this potential.
     pub fn begin_episode(&mut self, potential: f64) {
         self.entered_with = potential;
@@ -75,7 +65,7 @@ mod tests {
         let mut shaper = RewardShaper::new(0.9);
         shaper.begin_episode(-3.0);
         assert_eq!(shaper.shape(-100.0, StepStatus::Terminated), 3.0);
-        assert_eq!(shaper.entered_with(), 0.0);
+        assert_eq!(shaper.entered_with, 0.0);
     }
 
     #[test]

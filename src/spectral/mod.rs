@@ -5,6 +5,7 @@
 
 mod proto_value;
 
+pub(crate) use eigentrail_spectra::plain;
 pub use eigentrail_spectra::{
     Convergence, Eigenpairs, GrowingEigensolver, LAMBDA_FLOOR, Laplacian, LaplacianKind, Method,
     Route, SpectralError, SpectralParams, SpectrumRefresh, SymmetricCsr, SymmetricOperator,

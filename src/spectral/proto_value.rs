@@ -11,12 +11,14 @@ use super::{
 };
 use crate::vector_state::clear_upper_halves;
 use faer::{Mat, MatRef, Scale};
+use serde::{Deserialize, Serialize};
 
-/// The features of a growing graph: lowest eigenvectors, aligned from one refresh to the next.
-#[derive(Clone, Debug)]
+/// The features of a growing graph: lowest eigenvectors, aligned from one refresh to the next. A plain value.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ProtoValueFunctions {
     spectrum: GrowingEigensolver,
     /// √n V Q.
+    #[serde(with = "super::plain::maybe_matrix")]
     features: Option<Mat<f64>>,
 }
 

@@ -1,7 +1,6 @@
 //! The loop, and the pipeline without the loop.
 
 use crate::env_worlds::grid_world;
-#[allow(dead_code, reason = "other tests use the rest")]
 use eigentrail::agent::{
     Agent, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation, UpdateInfo,
     build_agent,

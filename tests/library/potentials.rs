@@ -663,3 +663,53 @@ fn learnt_potentials_survive_growth() {
         }
     }
 }
+
+/// A potential written down and read back between fits, on a world that is explored meanwhile, with features that gain
+/// columns and change, fits on to the same bits. Learnt ones train, and start warm.
+#[test]
+fn a_potential_read_back_goes_on_to_the_same_bits() {
+    let map = Map::open(9, 8, &[0]);
+    let fits = [
+        (30, 20, 3),
+        (50, 50, 4),
+        (50, 72, 4),
+        (72, 72, 4),
+        (72, 72, 2),
+    ];
+    for kind in PotentialKind::ALL {
+        let shaping = ShapingParams {
+            potential: kind,
+            fit_tolerance: 0.0,
+            ..twice()
+        };
+        let mut kept = build_potential(&shaping, &GcnParams::default(), 1);
+        let mut read = read_back(&kept);
+        for (explored, rows, columns) in fits {
+            let world = map.explored(-1.0, |state, _| state < explored);
+            let features = Mat::from_fn(rows, columns, |i, c| ((i + 3 * c + rows) as f64).sin());
+            let [expected, found] = [&mut kept, &mut read].map(|potential| {
+                potential.set_true_distance(StateId(explored - 1), f64::from(explored) / 3.0);
+                potential.set_true_distance(StateId(1), f64::INFINITY);
+                let fit = world.with(|inputs| {
+                    potential.fit(&PotentialInputs {
+                        features: features.as_ref(),
+                        ..*inputs
+                    })
+                });
+                fit.unwrap()
+            });
+            assert_eq!(bits(&found.values), bits(&expected.values), "{kind}");
+            assert_eq!(found, expected, "{kind}");
+            assert!(read == kept, "{kind}");
+            read = read_back(&read);
+        }
+    }
+}
+
+fn read_back(potential: &AnyPotential) -> AnyPotential {
+    postcard::from_bytes(&postcard::to_stdvec(potential).unwrap()).unwrap()
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}

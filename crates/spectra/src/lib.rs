@@ -30,7 +30,7 @@ mod laplacian;
 mod operator;
 mod params;
 #[cfg(feature = "serde")]
-mod plain;
+pub mod plain;
 mod random;
 mod symmetric_csr;
 #[cfg(test)]

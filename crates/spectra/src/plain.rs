@@ -1,4 +1,4 @@
-//! The solver's arrays as plain values: numbers by their bits.
+//! Arrays as plain values that serde can write and read: numbers by their bits, for `#[serde(with = "…")]`.
 //!
 //! An integer comes back as it was in every format. A decimal fraction may not, and an infinite one, which a search
 //! that has failed can leave, cannot be written in JSON at all.
@@ -10,14 +10,16 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// `Vec<f64>`.
-pub(crate) mod numbers {
+pub mod numbers {
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(numbers: &[f64], to: S) -> Result<S::Ok, S::Error> {
+    /// Writes the bits of each number.
+    pub fn serialize<S: Serializer>(numbers: &[f64], to: S) -> Result<S::Ok, S::Error> {
         to.collect_seq(numbers.iter().map(|v| v.to_bits()))
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+    /// Reads what [`serialize`] wrote.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
         let bits = Vec::<u64>::deserialize(from)?;
         Ok(bits.into_iter().map(f64::from_bits).collect())
     }
@@ -59,6 +61,21 @@ struct Table {
 }
 
 impl Table {
+    fn of(matrix: &Mat<f64>) -> Self {
+        let (rows, columns) = matrix.shape();
+        let row = |i: usize| (0..columns).map(move |j| matrix[(i, j)]);
+        Self {
+            rows,
+            columns,
+            numbers: (0..rows).flat_map(row).collect(),
+        }
+    }
+
+    fn matrix(&self) -> Mat<f64> {
+        let number = |i: usize, j: usize| self.numbers[i * self.columns + j];
+        Mat::from_fn(self.rows, self.columns, number)
+    }
+
     fn checked<E: Error>(self) -> Result<Self, E> {
         if self.rows.checked_mul(self.columns) == Some(self.numbers.len()) {
             return Ok(self);
@@ -68,37 +85,34 @@ impl Table {
     }
 }
 
-/// `Option<Mat<f64>>`.
-pub(crate) mod matrix {
+/// `Mat<f64>`, by rows.
+pub mod matrix {
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(
-        matrix: &Option<Mat<f64>>,
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        let table = |m: &Mat<f64>| Table {
-            rows: m.nrows(),
-            columns: m.ncols(),
-            numbers: (0..m.nrows())
-                .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
-                .collect(),
-        };
-        matrix.as_ref().map(table).serialize(to)
+    /// Writes the shape and the bits of each entry.
+    pub fn serialize<S: Serializer>(matrix: &Mat<f64>, to: S) -> Result<S::Ok, S::Error> {
+        Table::of(matrix).serialize(to)
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<Mat<f64>>, D::Error> {
-        let Some(table) = Option::<Table>::deserialize(from)? else {
-            return Ok(None);
-        };
-        let Table {
-            rows,
-            columns,
-            numbers,
-        } = table.checked()?;
-        let number = |i: usize, j: usize| numbers[i * columns + j];
-        Ok(Some(Mat::from_fn(rows, columns, number)))
+    /// Reads what [`serialize`] wrote; entries that do not fill the shape are an error.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Mat<f64>, D::Error> {
+        Ok(Table::deserialize(from)?.checked()?.matrix())
+    }
+}
+
+/// `Option<Mat<f64>>`, by rows.
+pub mod maybe_matrix {
+    use super::*;
+
+    /// Writes the shape and the bits of each entry, if there is a matrix.
+    pub fn serialize<S: Serializer>(matrix: &Option<Mat<f64>>, to: S) -> Result<S::Ok, S::Error> {
+        matrix.as_ref().map(Table::of).serialize(to)
+    }
+
+    /// Reads what [`serialize`] wrote; entries that do not fill the shape are an error.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Mat<f64>>, D::Error> {
+        let table = Option::<Table>::deserialize(from)?;
+        table.map(|table| Ok(table.checked()?.matrix())).transpose()
     }
 }
 

@@ -17,12 +17,11 @@
 //! compositionality*, NIPS 2013.
 
 mod params;
+mod saved;
 mod skip_gram;
 mod walks;
 
 pub use params::DeepWalkParams;
-pub use skip_gram::SkipGram;
-pub use walks::Walker;
 
 use super::FeatureError;
 use crate::graph::SymmetricCsr;
@@ -31,6 +30,10 @@ use faer::{Mat, MatRef};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use saved::Saved;
+use serde::{Deserialize, Serialize};
+use skip_gram::SkipGram;
+use walks::Walker;
 
 /// Noise ∝ degree^this.
 const NOISE_POWER: f64 = 0.75;
@@ -38,7 +41,7 @@ const NOISE_POWER: f64 = 0.75;
 /// The step size falls to this part of where it began.
 const LAST_RATE: f64 = 0.01;
 
-/// What a refresh did.
+/// Walks, pairs and loss of a refresh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmbeddingRefresh {
     /// Nodes there are.
@@ -51,14 +54,16 @@ pub struct EmbeddingRefresh {
     pub loss: f64,
 }
 
-/// Skip-gram vectors of a growing graph.
-#[derive(Clone, Debug)]
+/// Skip-gram vectors of a growing graph. A plain value.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Saved")]
 pub struct DeepWalk {
     params: DeepWalkParams,
     rng: ChaCha8Rng,
     model: SkipGram,
     /// Neighbours of each node at the last refresh.
     row_lengths: Vec<usize>,
+    #[serde(with = "crate::spectral::plain::maybe_matrix")]
     features: Option<Mat<f64>>,
 }
 

@@ -9,16 +9,20 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// The two vectors of every node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkipGram {
     dimensions: usize,
     /// x by node.
+    #[serde(with = "crate::spectral::plain::numbers")]
     centres: Vec<f64>,
     /// y by node.
+    #[serde(with = "crate::spectral::plain::numbers")]
     members: Vec<f64>,
     /// ∂J/∂x_c of the pair at hand.
+    #[serde(skip)]
     gradient: Vec<f64>,
 }
 
@@ -29,8 +33,17 @@ impl SkipGram {
             dimensions,
             centres: Vec::new(),
             members: Vec::new(),
-            gradient: vec![0.0; dimensions],
+            gradient: Vec::new(),
         }
+    }
+
+    /// Whether there are two vectors of `dimensions` numbers, at least one, for each of `nodes` nodes.
+    pub(super) fn has_shape(&self, nodes: usize, dimensions: usize) -> bool {
+        let length = nodes.checked_mul(dimensions);
+        dimensions > 0
+            && self.dimensions == dimensions
+            && length == Some(self.centres.len())
+            && length == Some(self.members.len())
     }
 
     /// Number of nodes.
@@ -67,7 +80,8 @@ impl SkipGram {
     pub fn step(&mut self, centre: u32, member: u32, negatives: &[u32], rate: f64) -> f64 {
         let d = self.dimensions;
         let x = &mut self.centres[centre as usize * d..][..d];
-        self.gradient.fill(0.0);
+        self.gradient.clear();
+        self.gradient.resize(d, 0.0);
         let mut loss = 0.0;
         let told_apart = negatives.iter().filter(|&&k| k != member);
         for (k, is_member) in [(member, true)]

@@ -120,19 +120,19 @@ impl LearnedCostPotential {
         drawn.sort_unstable();
         drawn.iter().map(|i| i + goals).collect()
     }
+}
 
-    /// What a fit on `nodes` nodes may cost, and when it is worth it.
-    fn effort(&self, nodes: usize) -> Effort {
-        let tolerance = self.shaping.fit_tolerance;
-        let (epochs, relapse) = match self.learnt {
-            None => (self.shaping.cold_epochs, 0.0),
-            Some(learnt) => (self.shaping.warm_epochs, RELAPSE * learnt),
-        };
-        Effort {
-            epochs: epochs.min((NODE_EPOCHS / nodes.max(1)).max(1)),
-            begin_above: relapse.max(tolerance),
-            end_at: tolerance,
-        }
+/// The epochs that a fit on `nodes` nodes may take, and when they are worth it, after training has left the loss `learnt`.
+fn effort(shaping: &ShapingParams, learnt: Option<f64>, nodes: usize) -> Effort {
+    let tolerance = shaping.fit_tolerance;
+    let (epochs, relapse) = match learnt {
+        None => (shaping.cold_epochs, 0.0),
+        Some(learnt) => (shaping.warm_epochs, RELAPSE * learnt),
+    };
+    Effort {
+        epochs: epochs.min((NODE_EPOCHS / nodes.max(1)).max(1)),
+        begin_above: relapse.max(tolerance),
+        end_at: tolerance,
     }
 }
 
@@ -180,7 +180,8 @@ impl LearnedCostPotential {
             initial_loss: loss,
             loss,
         };
-        Ok((loss <= self.effort(context.adjacency.num_nodes()).begin_above).then_some(statistics))
+        let effort = effort(&self.shaping, self.learnt, context.adjacency.num_nodes());
+        Ok((loss <= effort.begin_above).then_some(statistics))
     }
 
     /// Asks the network on its present features, and trains it if that is worth it.
@@ -198,12 +199,12 @@ impl LearnedCostPotential {
         };
         let untrained = self.untrained(features.ncols());
         let rate = self.gcn.learning_rate;
-        let (_, is_new) = Network::prepare(&mut self.network, features.ncols(), rate, || untrained);
+        let nodes = context.adjacency.num_nodes();
+        let (network, is_new) = Network::prepare(&mut self.network, untrained, rate);
         if is_new {
             self.learnt = None;
         }
-        let effort = self.effort(context.adjacency.num_nodes());
-        let network = self.network.as_mut().expect("prepared above");
+        let effort = effort(&self.shaping, self.learnt, nodes);
         let before = network.clone();
         let outcome = train(network, inputs, objective, effort);
         match &outcome {

@@ -27,7 +27,7 @@ const SWEEPS_PER_EPOCH: usize = 4;
 /// Relative change at which the solve for μ stops early.
 const ADJOINT_TOL: f64 = 1e-4;
 
-/// What stays the same from epoch to epoch, and the iterates that do not start over.
+/// The loss on one graph: what stays the same from epoch to epoch, and the iterates that do not start over.
 pub(super) struct Objective<'a> {
     problem: &'a ShortestPathProblem,
     shaping: &'a ShapingParams,

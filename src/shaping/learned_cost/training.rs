@@ -10,7 +10,7 @@ use faer::MatRef;
 const FIRST_SWEEPS: usize = 40;
 const SWEEPS_PER_EPOCH: usize = 4;
 
-/// What the network sees: T̂ and T̂X, the same in all epochs.
+/// The input of the network: T̂ and T̂X, the same in all epochs.
 #[derive(Clone, Copy)]
 pub(super) struct Inputs<'a> {
     pub propagation: &'a Propagation,

@@ -35,7 +35,7 @@ pub(super) struct WarmStart {
 }
 
 impl WarmStart {
-    /// What a fit on `context` leaves; `earlier` is what it began with if the network was not asked.
+    /// The warm start that a fit on `context` leaves; `earlier` is what it began with if the network was not asked.
     pub fn new(
         context: &FitContext<'_>,
         output: Vec<f64>,
@@ -57,7 +57,7 @@ impl WarmStart {
         }
     }
 
-    /// What the network would say (n × 1), as far as one can tell without asking it; none if its features are new, or the
+    /// The network's output (n × 1), as far as one can tell without asking it; none if its features are new, or the
     /// graph has outgrown what it was asked about.
     pub fn output(&self, adjacency: &SymmetricCsr, features: MatRef<'_, f64>) -> Option<Mat<f64>> {
         let (nodes, of_features) = self.asked_at;
@@ -69,7 +69,7 @@ impl WarmStart {
         })
     }
 
-    /// What v should be about on a problem of the same states and more.
+    /// A guess of v on a problem of the same states and more.
     pub fn guess(&self, problem: &ShortestPathProblem) -> Guess {
         let places = problem.chain.order().iter().zip(&problem.distances);
         let known = |state: u32| self.ratios.get(state as usize).copied().unwrap_or(UNKNOWN);

@@ -111,7 +111,7 @@ pub(crate) struct Solved {
     #[cfg_attr(feature = "serde", serde(with = "crate::plain::PlainConvergence"))]
     pub(crate) convergence: Convergence,
     /// n × k in the user's numbering, where the route yields them so; else they are in the warm start.
-    #[cfg_attr(feature = "serde", serde(with = "crate::plain::matrix"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::plain::maybe_matrix"))]
     pub(crate) vectors: Option<Mat<f64>>,
 }
 

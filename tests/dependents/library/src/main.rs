@@ -1,9 +1,9 @@
 //! What a user of the library with a world and an agent of their own writes.
 
-use eigentrail::engine::{PipelineError, PipelineParams, ShapingPipeline};
+use eigentrail::engine::{PipelineParams, ShapingPipeline};
 use eigentrail::env::{Action, Step, StepStatus};
 
-fn main() -> Result<(), PipelineError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 1, None, 0)?;
     pipeline.begin_episode(&0);
     let step = |state, status| Step {
