@@ -1,12 +1,14 @@
 //! Everything that can go wrong, and whose fault it is.
 
+#[cfg(feature = "runner")]
+use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
 #[cfg(feature = "cli")]
 use crate::export::ExportError;
 #[cfg(feature = "matrix-market")]
 use crate::graph::MatrixMarketError;
 use crate::parameter::ParameterError;
-#[cfg(feature = "cli")]
+#[cfg(feature = "runner")]
 use crate::runner::RunnerError;
 #[cfg(feature = "runner")]
 use crate::scenario::ScenarioError;
@@ -28,10 +30,14 @@ pub enum Error {
     #[cfg(feature = "matrix-market")]
     #[error(transparent)]
     MatrixMarket(#[from] MatrixMarketError),
-    /// A file or folder around a run could not be used.
-    #[cfg(feature = "cli")]
+    /// A file or folder of a run could not be used.
+    #[cfg(feature = "runner")]
     #[error(transparent)]
-    Runner(#[from] RunnerError),
+    Archive(#[from] ArchiveError),
+    /// What was asked of the runner cannot be.
+    #[cfg(feature = "runner")]
+    #[error(transparent)]
+    Runner(RunnerError),
     /// A run could not be exported.
     #[cfg(feature = "cli")]
     #[error(transparent)]
@@ -60,17 +66,35 @@ pub enum ErrorKind {
     Failed,
 }
 
+/// An error of another part that only passed through the runner is that part's own.
+#[cfg(feature = "runner")]
+impl From<RunnerError> for Error {
+    fn from(error: RunnerError) -> Self {
+        match error {
+            RunnerError::Parameter(error) => error.into(),
+            RunnerError::Archive(error) => error.into(),
+            RunnerError::Scenario(error) => error.into(),
+            RunnerError::Pipeline(error) => error.into(),
+            RunnerError::Spectral(error) => error.into(),
+            RunnerError::Shaping(error) => error.into(),
+            RunnerError::UnknownArm { .. } | RunnerError::TooMuchMemory { .. } => {
+                Error::Runner(error)
+            }
+        }
+    }
+}
+
 impl Error {
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         let bad_input = match self {
             Error::Parameter(_) => true,
             #[cfg(feature = "runner")]
-            Error::Scenario(_) => true,
+            Error::Scenario(_) | Error::Runner(_) => true,
             #[cfg(feature = "matrix-market")]
             Error::MatrixMarket(_) => true,
-            #[cfg(feature = "cli")]
-            Error::Runner(error) => error.is_bad_input(),
+            #[cfg(feature = "runner")]
+            Error::Archive(error) => error.is_bad_input(),
             #[cfg(feature = "cli")]
             Error::Export(error) => error.is_bad_input(),
             Error::Spectral(error) => is_about_the_graph(error),

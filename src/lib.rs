@@ -11,7 +11,9 @@
 //! - [`exploration`]: what guides the agent before the first reward.
 //! - [`agent`]: the learners, and the yardsticks beside them.
 //! - [`engine`]: the loop of the above, and the pipeline for those who bring their own loop.
-//! - `scenario`, `runner`, `report`: experiments as files, repeated over seeds, shown to people.
+//! - `scenario`, `runner`: experiments as files, repeated over seeds and arms.
+//! - `archive`, `statistics`: what they leave on disk, and in a few numbers.
+//! - `report`: pages, tables and figures made of that.
 //! - `serve`, `export`: a run in the browser while it goes on, and for other programs afterwards.
 //! - `telemetry`, `tensorboard`: what is said while they run, to programs and to TensorBoard.
 //!
@@ -21,7 +23,7 @@
 //! |---|---|---|
 //! | none (`default-features = false`) | everything down to `engine` | 90 |
 //! | `matrix-market` | `graph::matrix_market` | 110 |
-//! | `runner` | `scenario` | 110 |
+//! | `runner` | `scenario`, `runner`, `archive`, `statistics` | 110 |
 //! | `cli` (the default) | both of these, all other modules and the program | 175 |
 //! | `parquet` | `cli`, and Parquet among the formats of `export` | 200 |
 
@@ -29,6 +31,8 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod agent;
+#[cfg(feature = "runner")]
+pub mod archive;
 pub mod engine;
 pub mod env;
 pub mod error;
@@ -38,15 +42,15 @@ pub mod export;
 pub mod features;
 pub mod gcn;
 pub mod graph;
-#[cfg(feature = "matrix-market")]
+#[cfg(any(feature = "matrix-market", feature = "runner"))]
 mod memory;
-#[cfg(feature = "cli")]
+#[cfg(feature = "runner")]
 mod npy;
 pub mod parameter;
 pub mod printable;
 #[cfg(feature = "cli")]
 pub mod report;
-#[cfg(feature = "cli")]
+#[cfg(feature = "runner")]
 pub mod runner;
 #[cfg(feature = "runner")]
 pub mod scenario;
@@ -55,11 +59,13 @@ pub mod seeds;
 pub mod serve;
 pub mod shaping;
 pub mod spectral;
+#[cfg(feature = "runner")]
+pub mod statistics;
 #[cfg(feature = "cli")]
 pub mod telemetry;
 #[cfg(feature = "cli")]
 pub mod tensorboard;
-#[cfg(feature = "cli")]
+#[cfg(feature = "runner")]
 mod time_stamp;
 mod vector_state;
 

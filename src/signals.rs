@@ -4,7 +4,7 @@
 //! then the first one asks it to end, and the next one ends the program.
 
 use anyhow::{Context, Result};
-use eigentrail::runner::files;
+use eigentrail::archive::files;
 use eigentrail::telemetry::say;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};

@@ -8,7 +8,7 @@ use comfy_table::{Table, presets};
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
-use eigentrail::scenario::{ArmParams, Scenario, World};
+use eigentrail::scenario::{ArmParams, Loaded, Scenario, World, Worlds};
 use eigentrail::telemetry::say;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
@@ -17,35 +17,33 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
     if args.resolved {
         print(&loaded.scenario.to_toml());
     } else {
-        print(&summary(&loaded.scenario)?);
-        warn_of(&loaded.scenario);
+        print(&summary(&loaded)?);
+        warn_of(&loaded.worlds);
     }
     Ok(Ending::Done)
 }
 
 /// Says on stderr what the author of the world may not have meant.
-fn warn_of(scenario: &Scenario) {
-    let world = scenario.world(scenario.run.seed).ok();
-    for caution in world.iter().flat_map(World::cautions) {
+fn warn_of(worlds: &Worlds) {
+    for caution in worlds.first().cautions() {
         say(format!("warning: {caution}"));
     }
-    let moved = scenario.moved_world(scenario.run.seed).ok().flatten();
+    let moved = worlds.moved();
     for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
         say(format!("warning: since the goals moved, {caution}"));
     }
 }
 
 /// What the scenario amounts to; refused if it cannot fit into this machine.
-fn summary(scenario: &Scenario) -> Result<String> {
-    let world = scenario.world(scenario.run.seed);
-    let world = world.expect("the scenario was checked when it was loaded");
-    require_memory(scenario, &world, 1).map_err(Error::from)?;
+fn summary(loaded: &Loaded) -> Result<String> {
+    let (scenario, world) = (&loaded.scenario, loaded.worlds.first());
+    require_memory(scenario, world, 1).map_err(Error::from)?;
     let (states, reachable) = world.num_states();
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_header(["scenario", &scenario.name]);
     table.add_rows([
-        ["world", &describe(scenario, &world)],
+        ["world", &describe(scenario, world)],
         [
             "states",
             &format!(
@@ -59,7 +57,7 @@ fn summary(scenario: &Scenario) -> Result<String> {
             "step limit of an episode",
             &grouped(world.max_steps() as u64),
         ],
-        ["optimal episode", &optimal(&world)],
+        ["optimal episode", &optimal(world)],
         ["agent", &kind_of(scenario, "agent", "kind")],
         ["potential", &kind_of(scenario, "shaping", "potential")],
         ["exploration", &kind_of(scenario, "exploration", "kind")],
@@ -70,7 +68,7 @@ fn summary(scenario: &Scenario) -> Result<String> {
             &megabytes(estimated_bytes(scenario, reachable, world.num_actions())),
         ],
     ]);
-    if let Some(moved) = scenario.moved_world(scenario.run.seed).ok().flatten() {
+    if let Some(moved) = loaded.worlds.moved() {
         table.add_row([
             "optimal episode since the goals moved",
             &optimal(&moved.world),

@@ -6,9 +6,10 @@ use crate::cli;
 use crate::output::{print, print_json};
 use crate::signals;
 use anyhow::{Result, bail};
+use eigentrail::archive::{Comparison, Existing};
 use eigentrail::error::Error;
-use eigentrail::report::{Comparison, TableStyle, render_comparison, render_overview};
-use eigentrail::runner::{self, CompareRequest, CompareWatch, Existing};
+use eigentrail::report::{TableStyle, render_comparison, render_overview};
+use eigentrail::runner::{self, CompareRequest, CompareWatch};
 use eigentrail::scenario::{Loaded, Scenario};
 use eigentrail::telemetry::{Telemetry, say};
 use serde::Serialize;
@@ -42,9 +43,9 @@ pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result
     let stop = signals::stop_flag();
     let mut comparisons = Vec::new();
     for (loaded, request) in &all {
-        let report = compare_one(loaded, request, telemetry, bars, &stop)?;
-        let folder = report.folder.path();
-        let Some(comparison) = report.comparison else {
+        let compared = compare_one(loaded, request, telemetry, bars, &stop)?;
+        let folder = compared.folder.path();
+        let Some(comparison) = compared.comparison else {
             let (name, folder) = (&loaded.scenario.name, folder.display());
             say(format!(
                 "{name}: interrupted; --resume --out {folder} goes on"
@@ -100,7 +101,7 @@ fn compare_one(
     telemetry: &Telemetry,
     bars: bool,
     stop: &AtomicBool,
-) -> Result<runner::CompareReport> {
+) -> Result<runner::CompareOutcome> {
     let trials = request.num_trials() as u64;
     let progress = Progress::new(telemetry, bars, "trials", trials);
     let progress = Mutex::new((0, progress));
@@ -113,7 +114,7 @@ fn compare_one(
             bar.reach(*done, || format!("{arm}, seed {}", trial.result.seed));
         },
     };
-    Ok(runner::compare(loaded, request, watch)?)
+    Ok(runner::compare(loaded, request, watch).map_err(Error::from)?)
 }
 
 /// What is said at the end: the numbers as JSON, or the table over all scenarios.

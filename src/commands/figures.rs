@@ -1,14 +1,16 @@
 //! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
 
+use super::observers::EventKeeper;
 use super::{BadInput, Ending, Interrupted, gallery, require_writable, write_text};
 use crate::cli;
 use crate::output::print;
 use crate::signals;
 use anyhow::{Context, Result, bail};
+use eigentrail::archive::files::TemporaryFolder;
+use eigentrail::archive::{ArchiveError, Existing, RecordedRun};
 use eigentrail::error::Error;
-use eigentrail::report::{RecordedRun, overview};
-use eigentrail::runner::files::TemporaryFolder;
-use eigentrail::runner::{self, Existing, Outlets, RunRequest, Watch};
+use eigentrail::report::overview;
+use eigentrail::runner::{self, Observers, RunRequest, RunStart, Watch};
 use eigentrail::scenario::{Loaded, Scenario, World};
 use eigentrail::telemetry::Telemetry;
 use std::path::Path;
@@ -19,16 +21,18 @@ pub(super) const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kin
 
 pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let stop = signals::stop_flag();
-    let mut watch = Watch {
-        events: &telemetry.events,
+    let observers = |start: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
+        let events = EventKeeper::create(&telemetry.events, start)?;
+        Ok(vec![Box::new(events)])
+    };
+    let watch = Watch {
         stop: &stop,
-        on_episode: &mut |_| (),
-        outlets: Outlets::default(),
+        observers: &observers,
     };
     let sets = &args.sets;
     let Some(scenario) = &args.scenario else {
         let out = args.out.as_deref().unwrap_or(Path::new("figures"));
-        return gallery::write_all(out, args.seeds, sets, &mut watch);
+        return gallery::write_all(out, args.seeds, sets, watch);
     };
     let out = args.out.as_deref().unwrap_or(Path::new("figure.svg"));
     require_writable(Some(out))?;
@@ -42,12 +46,11 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let (shaped, sparse) = (load(sets)?, load(&plain)?);
     // φ is that of the end of the run, so the goals are, too.
     let last = shaped.scenario.run.episodes - 1;
-    let world = shaped.scenario.world_in(0, last);
-    let World::Grid(map) = world.expect("the scenario was checked when it was loaded") else {
+    let World::Grid(map) = shaped.worlds.in_episode(0, last) else {
         bail!(BadInput("this figure needs a world with a map".to_owned()));
     };
-    let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), &mut watch)?;
-    let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), &mut watch)?;
+    let shaped = run(&shaped, args.seeds, &runs.path().join("shaped"), watch)?;
+    let sparse = run(&sparse, args.seeds, &runs.path().join("sparse"), watch)?;
     let svg = overview(map.layout(), &shaped, &sparse);
     if stop.load(Ordering::Relaxed) {
         bail!(Interrupted);
@@ -62,7 +65,7 @@ pub(super) fn run(
     loaded: &Loaded,
     seeds: u64,
     folder: &Path,
-    watch: &mut Watch<'_>,
+    watch: Watch<'_>,
 ) -> Result<RecordedRun> {
     for seed in 0..seeds {
         let request = RunRequest {
@@ -71,8 +74,8 @@ pub(super) fn run(
             existing: Existing::Resume,
             arguments: super::arguments(),
         };
-        let report = runner::run(loaded, &request, watch)?;
-        if !report.outcome.result.finished {
+        let ran = runner::run(loaded, &request, watch).map_err(Error::from)?;
+        if !ran.outcome.result.finished {
             bail!(Interrupted); // less than all the seeds would be a false picture
         }
     }

@@ -4,19 +4,20 @@ use super::figures::{SPARSE, run};
 use super::{Ending, Interrupted, require_writable_folder, write_text};
 use crate::output::print;
 use anyhow::{Context, Result, bail};
+use eigentrail::archive::RecordedRun;
+use eigentrail::archive::files::TemporaryFolder;
 use eigentrail::error::Error;
-use eigentrail::report::{RecordedRun, ReportRuns, counterparts, figures_page};
+use eigentrail::report::{ReportRuns, counterparts, figures_page};
 use eigentrail::runner::Watch;
-use eigentrail::runner::files::TemporaryFolder;
 use eigentrail::scenario::{Scenario, report_scenarios};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
 /// Runs every file of `scenarios/report/`, `seeds` times where learners are compared, and writes pictures and page.
-pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: &mut Watch<'_>) -> Result<Ending> {
+pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: Watch<'_>) -> Result<Ending> {
     require_writable_folder(out)?;
     let folder = TemporaryFolder::create().context("cannot make a folder for the runs")?;
-    let mut go = |name: &str, more: &[&str], seeds| -> Result<RecordedRun> {
+    let go = |name: &str, more: &[&str], seeds| -> Result<RecordedRun> {
         let file = report_scenarios().iter().find(|file| file.name == name);
         let file = file.expect("every figure has its scenario");
         let path = Path::new("scenarios/report")

@@ -6,6 +6,7 @@ mod export;
 mod figures;
 mod gallery;
 mod info;
+mod observers;
 mod potential;
 mod progress;
 mod report;
@@ -16,8 +17,8 @@ mod track;
 
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
+use eigentrail::archive::files;
 use eigentrail::report::Ink;
-use eigentrail::runner::files;
 use eigentrail::telemetry::{self, Telemetry, say};
 use std::io::{self, IsTerminal};
 use std::path::Path;

@@ -4,9 +4,9 @@ use super::{BadInput, Ending, require_writable};
 use crate::cli::{self, PotentialChoice};
 use crate::output::{print, print_json};
 use anyhow::{Context, Result};
+use eigentrail::archive::files::write_atomically;
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{StateId, matrix_market};
-use eigentrail::runner::files::write_atomically;
 use eigentrail::runner::potential_of_graph;
 use eigentrail::shaping::PotentialKind;
 use serde::Serialize;
@@ -37,15 +37,13 @@ pub fn potential(args: &cli::Potential) -> Result<Ending> {
     }
     let goals: Vec<StateId> = args.goal.iter().map(|&node| StateId(node as u32)).collect();
     let kind = kind(args.kind);
-    let found =
-        potential_of_graph(&adjacency, &goals, kind, args.seed).map_err(|error| {
-            match error.kind() {
-                ErrorKind::BadInput => {
-                    BadInput(format!("{}: {error}", args.graph.display())).into()
-                }
-                _ => anyhow::Error::from(error),
-            }
-        })?;
+    let found = potential_of_graph(&adjacency, &goals, kind, args.seed).map_err(|error| {
+        let error = Error::from(error);
+        match error.kind() {
+            ErrorKind::BadInput => BadInput(format!("{}: {error}", args.graph.display())).into(),
+            _ => anyhow::Error::from(error),
+        }
+    })?;
     if let Some(path) = &args.out {
         write_csv(path, &found.values)?;
     }

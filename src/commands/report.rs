@@ -4,9 +4,9 @@ use super::{BadInput, Ending, require_writable, write_text};
 use crate::cli;
 use crate::output::print;
 use anyhow::{Result, bail};
+use eigentrail::archive::{RecordedComparison, is_comparison, names, read_runs};
 use eigentrail::error::Error;
-use eigentrail::report::{RecordedComparison, html_comparison, html_report, read_runs};
-use eigentrail::runner::is_comparison;
+use eigentrail::report::{html_comparison, html_report};
 use std::path::Path;
 
 pub fn report(args: &cli::Report) -> Result<Ending> {
@@ -34,12 +34,12 @@ pub fn report(args: &cli::Report) -> Result<Ending> {
 /// Writes `report.html` into a run folder.
 pub fn write_into(folder: &Path) -> Result<()> {
     let runs = read_runs(folder).map_err(Error::from)?;
-    write_text(&folder.join("report.html"), &html_report(&runs))
+    write_text(&folder.join(names::PAGE), &html_report(&runs))
 }
 
 /// Writes `report.html` into the folder of a comparison.
 pub fn write_comparison_into(folder: &Path) -> Result<()> {
-    write_text(&folder.join("report.html"), &comparison_page(folder)?)
+    write_text(&folder.join(names::PAGE), &comparison_page(folder)?)
 }
 
 fn comparison_page(folder: &Path) -> Result<String> {

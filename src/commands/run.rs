@@ -1,17 +1,21 @@
 //! `eigentrail run`
 
+use super::observers::{EpisodeProgress, EventKeeper};
 use super::progress::Progress;
 use super::{BadInput, Ending};
 use crate::cli;
 use crate::output::{print, print_json};
 use crate::signals;
 use anyhow::Result;
+use eigentrail::archive::{ArchiveError, Existing};
 use eigentrail::error::Error;
 use eigentrail::report::{RunLine, render_run};
-use eigentrail::runner::{self, Existing, Follower, Outlets, RunRequest, Watch};
+use eigentrail::runner::{self, Observers, RunRequest, RunStart, Watch};
 use eigentrail::scenario::Scenario;
-use eigentrail::serve::{Server, Title};
+use eigentrail::serve::{LiveView, Server, Title};
 use eigentrail::telemetry::{Telemetry, say};
+use eigentrail::tensorboard::TensorBoardWriter;
+use std::cell::RefCell;
 use tracing::info;
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
@@ -26,32 +30,37 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
     };
     let stop = signals::stop_flag();
     let server = serve(args, scenario, &request)?;
-    let mut progress = Progress::new(telemetry, bars, "episodes", scenario.run.episodes as u64);
-    let mut watch = Watch {
-        events: &telemetry.events,
-        stop: &stop,
-        on_episode: &mut |record| {
-            let detail = || format!("{} steps, {} states", record.step, record.nodes);
-            progress.reach(record.episode + 1, detail);
-        },
-        outlets: Outlets {
-            tensorboard: !args.no_tensorboard,
-            follower: server.as_ref().map(|server| server as &dyn Follower),
-        },
+    let progress = Progress::new(telemetry, bars, "episodes", scenario.run.episodes as u64);
+    let progress = RefCell::new(progress);
+    let observers = |start: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
+        let mut observers: Observers<'_> =
+            vec![Box::new(EventKeeper::create(&telemetry.events, start)?)];
+        if !args.no_tensorboard {
+            observers.push(Box::new(TensorBoardWriter::create(start)?));
+        }
+        if let Some(server) = &server {
+            observers.push(Box::new(LiveView::new(server)));
+        }
+        observers.push(Box::new(EpisodeProgress(&progress)));
+        Ok(observers)
     };
-    let report = runner::run(&loaded, &request, &mut watch)?;
+    let watch = Watch {
+        stop: &stop,
+        observers: &observers,
+    };
+    let ran = runner::run(&loaded, &request, watch).map_err(Error::from)?;
     drop(progress);
     drop(server); // browsers are shown the end before the page is written
-    if report.was_finished {
+    if ran.was_finished {
         info!(
             seed = request.seed,
             "already finished in this folder, not run again"
         );
     }
     if !args.no_report {
-        super::report::write_into(report.folder.path())?;
+        super::report::write_into(ran.folder.path())?;
     }
-    let outcome = &report.outcome;
+    let outcome = &ran.outcome;
     if args.json {
         print_json(&RunLine::new(
             &scenario.name,
@@ -64,7 +73,7 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
             &outcome.result,
             &outcome.timing,
             &outcome.steps_per_episode,
-            report.folder.path(),
+            ran.folder.path(),
         ));
     }
     Ok(if outcome.result.finished {

@@ -4,14 +4,14 @@ use super::{BadInput, Ending, stdout_ink};
 use crate::cli;
 use crate::output::{print, print_drawn};
 use anyhow::{Result, bail};
+use eigentrail::archive::{RecordedSeed, is_run, names, read_potential};
 use eigentrail::env::GridWorld;
 use eigentrail::env::layouts::{Cell, Layout};
 use eigentrail::error::Error;
 use eigentrail::report::{
-    Charset, Ink, Look, RecordedSeed, draw_map, draw_policy, draw_values, fitting_note, grouped,
+    Charset, Ink, Look, draw_map, draw_policy, draw_values, fitting_note, grouped,
 };
-use eigentrail::runner::{is_run, read_potential};
-use eigentrail::scenario::{MovedWorld, Scenario, World};
+use eigentrail::scenario::{Loaded, MovedWorld, Scenario, World, Worlds};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,24 +22,22 @@ type Potentials = Vec<(String, f64)>;
 pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
-    let scenario = &loaded.scenario;
-    let world = scenario.world(scenario.run.seed);
-    let world = world.expect("the scenario was checked when it was loaded");
+    let world = loaded.worlds.first();
     let mut text = String::new();
-    match &world {
+    match world {
         World::Grid(map) => {
             let look = look(args, global);
             if let Some(run) = &args.potential {
                 let folder = folder_on(map.layout(), run)?;
-                text += &potential(&last_layout(scenario, map), &folder, look)?;
+                text += &potential(&last_layout(&loaded, map), &folder, look)?;
             }
             if let Some(run) = &args.policy {
                 let folder = folder_on(map.layout(), run)?;
-                text += &policy(&last_layout(scenario, map), &folder, look)?;
+                text += &policy(&last_layout(&loaded, map), &folder, look)?;
             }
             if text.is_empty() {
-                let moved = moved_map(scenario, look);
-                text = draw_map(map.layout(), look) + &facts(&world) + &moved;
+                let moved = moved_map(&loaded.worlds, look);
+                text = draw_map(map.layout(), look) + &facts(world) + &moved;
             }
             text.extend(fitting_note(map.layout(), look).map(|note| note + "\n"));
             print_drawn(&text);
@@ -52,7 +50,7 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
                 text += &listed_policy(&seed_folder(run)?)?;
             }
             if text.is_empty() {
-                text = format!("states: {}\n{}", names.join(", "), facts(&world));
+                text = format!("states: {}\n{}", names.join(", "), facts(world));
             }
             print(&text);
         }
@@ -73,26 +71,26 @@ fn look(args: &cli::Show, global: &cli::Global) -> Look {
 }
 
 /// The map with the goals that a run ends with, which its potential leads to.
-fn last_layout(scenario: &Scenario, first: &GridWorld) -> Layout {
-    let last = scenario.run.episodes - 1;
-    match scenario.world_in(scenario.run.seed, last) {
-        Ok(World::Grid(map)) => map.layout().clone(),
-        _ => first.layout().clone(),
+fn last_layout(loaded: &Loaded, first: &GridWorld) -> Layout {
+    let run = &loaded.scenario.run;
+    match loaded.worlds.in_episode(run.seed, run.episodes - 1) {
+        World::Grid(map) => map.layout().clone(),
+        World::Listed(..) => first.layout().clone(),
     }
 }
 
 /// The map after the goals have moved, if they do.
-fn moved_map(scenario: &Scenario, look: Look) -> String {
-    match scenario.moved_world(scenario.run.seed) {
-        Ok(Some(MovedWorld { after, world })) => match &world {
-            World::Grid(map) => format!(
-                "\nafter {} episodes\n{}{}",
-                grouped(after as u64),
-                draw_map(map.layout(), look),
-                facts(&world)
-            ),
-            World::Listed(..) => String::new(),
-        },
+fn moved_map(worlds: &Worlds, look: Look) -> String {
+    match worlds.moved() {
+        Some(MovedWorld {
+            after,
+            world: world @ World::Grid(map),
+        }) => format!(
+            "\nafter {} episodes\n{}{}",
+            grouped(*after as u64),
+            draw_map(map.layout(), look),
+            facts(world)
+        ),
         _ => String::new(),
     }
 }
@@ -119,12 +117,11 @@ fn facts(world: &World) -> String {
 /// The seed folder of a run; refused if the run was on another map, where its scenario is still beside it.
 fn folder_on(layout: &Layout, run: &Path) -> Result<PathBuf> {
     let folder = seed_folder(run)?;
-    let beside = folder.parent().unwrap_or(&folder).join("resolved.toml");
+    let beside = folder.parent().unwrap_or(&folder).join(names::RESOLVED);
     let Ok(run) = Scenario::load(&beside, &[]) else {
         return Ok(folder);
     };
-    let world = run.scenario.world(run.scenario.run.seed);
-    match world.expect("the scenario was checked when it was loaded") {
+    match run.worlds.first() {
         World::Grid(map) if map.layout() == layout => Ok(folder),
         _ => bail!(BadInput(format!(
             "{}: the run is of another world: its map differs from the scenario's",
@@ -229,13 +226,13 @@ fn listed_policy(folder: &Path) -> Result<String> {
 
 /// The seed folder that `run` is, or the first one in it.
 fn seed_folder(run: &Path) -> Result<PathBuf> {
-    if run.join("potential.npy").is_file() {
+    if run.join(names::POTENTIAL).is_file() {
         return Ok(run.to_owned());
     }
     let entries = fs::read_dir(run).into_iter().flatten().flatten();
     let seeds = entries
         .map(|entry| entry.path())
-        .filter(|path| path.join("potential.npy").is_file());
+        .filter(|path| path.join(names::POTENTIAL).is_file());
     match seeds.min() {
         Some(folder) => Ok(folder),
         None if is_run(run) => bail!(BadInput(format!(

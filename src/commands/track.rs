@@ -7,10 +7,11 @@ use crate::output::{print, print_json};
 use crate::signals;
 use anyhow::Result;
 use comfy_table::{Table, presets};
+use eigentrail::archive::write_matrix;
 use eigentrail::error::{Error, ErrorKind};
 use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
-use eigentrail::runner::{require_spectrum_memory, write_matrix};
+use eigentrail::runner::require_spectrum_memory;
 use eigentrail::spectral::{
     self, Eigenpairs, Method, SpectralError, TrackParams, TrackStatistics, TrackUpdate,
     TrackedSpectrum,

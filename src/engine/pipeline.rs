@@ -109,10 +109,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
     }
 
     /// Where φ as it stands would hold up an agent that climbs it; see [`WorldModel::spurious_maxima`].
-    ///
-    /// # Errors
-    /// As [`WorldModel::spurious_maxima`].
-    pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
+    pub fn spurious_maxima(&self) -> Vec<StateId> {
         self.world.spurious_maxima()
     }
 

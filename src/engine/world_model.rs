@@ -11,7 +11,6 @@
 mod learning;
 mod refresh;
 
-use super::error::PipelineError;
 use super::goal_statistics::GoalStatistics;
 use super::params::PipelineParams;
 use super::schedule::RefreshSchedule;
@@ -148,17 +147,14 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
 
     /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached
     /// over the moves seen, none of whose moves leads to a larger φ. None before the first goal. O((n + transitions) log n).
-    ///
-    /// # Errors
-    /// If an edge weight is not finite and positive.
-    pub fn spurious_maxima(&self) -> Result<Vec<StateId>, PipelineError> {
+    pub fn spurious_maxima(&self) -> Vec<StateId> {
         let graph = self.graph.transitions();
         let goals: Vec<u32> = self.goals.states().map(|goal| goal.0).collect();
         let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
         let chain = AbsorbingChain::by_hops(&transitions, &goals);
         let states = 0..graph.num_states() as u32;
         let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
-        Ok(chain.spurious_maxima(&phi))
+        chain.spurious_maxima(&phi)
     }
 
     /// What φ as it stands advises in `state`, in logits, one per action: the expected rise of φ along each, plans of

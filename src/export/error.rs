@@ -1,7 +1,7 @@
 //! What can go wrong on the way out.
 
+use crate::archive::ArchiveError;
 use crate::graph::GraphError;
-use crate::runner::RunnerError;
 use std::path::{Path, PathBuf};
 
 /// Why nothing was exported.
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub enum ExportError {
     /// A file of the run could not be read.
     #[error(transparent)]
-    Run(#[from] RunnerError),
+    Run(#[from] ArchiveError),
     /// The transitions of a run do not make a graph.
     #[error("{path}: {source}", path = path.display())]
     Graph {
@@ -65,7 +65,7 @@ impl ExportError {
 
     /// A file of the run does not say what it should.
     pub(super) fn damaged(path: &Path, message: impl Into<String>) -> Self {
-        Self::Run(RunnerError::Damaged {
+        Self::Run(ArchiveError::Damaged {
             path: path.to_owned(),
             message: message.into(),
         })

@@ -25,7 +25,7 @@ pub use graph::write_graph;
 pub use source::{Source, SourceSeed};
 pub use table::{Column, Table};
 
-use crate::runner::files::write_atomically;
+use crate::archive::files::write_atomically;
 use std::fs;
 use std::path::{Path, PathBuf};
 

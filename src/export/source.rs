@@ -3,11 +3,11 @@
 use super::arrays::Matrix;
 use super::error::ExportError;
 use super::table::{Column, Table};
+use crate::archive::files::read_npy;
+use crate::archive::{GraphRow, is_run, names, seed_folder_name};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph, TransitionStats};
 use crate::memory;
-use crate::runner::files::read_npy;
-use crate::runner::{GraphRow, is_run};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -104,10 +104,10 @@ impl Source {
         };
         let file = |name: &'static str| move |seed: &SourceSeed| Rows::read(&seed.folder, name);
         Ok(vec![
-            from("episodes", &file("episodes.csv"))?,
-            from("refreshes", &file("refreshes.csv"))?,
+            from("episodes", &file(names::EPISODES))?,
+            from("refreshes", &file(names::REFRESHES))?,
             from("states", &SourceSeed::states)?,
-            from("transitions", &file("graph.csv"))?,
+            from("transitions", &file(names::GRAPH))?,
         ])
     }
 
@@ -117,8 +117,8 @@ impl Source {
     /// If a file cannot be read.
     pub(super) fn eigenvectors(&self) -> Result<Vec<Matrix>, ExportError> {
         let paths = self.seeds.iter().map(|seed| {
-            let path = seed.folder.join("eigenvectors.npy");
-            (crate::runner::seed_folder_name(seed.seed), path)
+            let path = seed.folder.join(names::EIGENVECTORS);
+            (seed_folder_name(seed.seed), path)
         });
         let there = paths.filter(|(_, path)| path.is_file());
         let read = there.map(|(name, path)| {
@@ -138,7 +138,7 @@ impl SourceSeed {
     fn at(path: &Path) -> Option<Self> {
         let name = path.canonicalize().ok()?;
         let seed = name.file_name()?.to_str()?.strip_prefix("seed-")?;
-        path.join("potential.npy").is_file().then_some(Self {
+        path.join(names::POTENTIAL).is_file().then_some(Self {
             seed: seed.parse().ok()?,
             folder: path.to_owned(),
         })
@@ -152,7 +152,7 @@ impl SourceSeed {
         let states = self.states()?;
         let place = states.names.iter().position(|name| name == "potential");
         let place = place.expect("the table was made with this column");
-        let path = self.folder.join("graph.csv");
+        let path = self.folder.join(names::GRAPH);
         let rows: Vec<GraphRow> = csv::Reader::from_path(&path)
             .and_then(|mut reader| reader.deserialize().collect())
             .map_err(|error| ExportError::damaged(&path, error.to_string()))?;
@@ -178,15 +178,15 @@ impl SourceSeed {
         Ok(NamedGraph {
             graph: graph.map_err(|source| ExportError::Graph { path, source })?,
             names: names.collect(),
-            potential: array(&self.folder.join("potential.npy"))?.1,
+            potential: array(&self.folder.join(names::POTENTIAL))?.1,
         })
     }
 
     /// `states.csv`, φ, and `policy.csv` side by side.
     fn states(&self) -> Result<Rows, ExportError> {
-        let mut states = Rows::read(&self.folder, "states.csv")?;
-        let policy = Rows::read(&self.folder, "policy.csv")?;
-        let path = self.folder.join("potential.npy");
+        let mut states = Rows::read(&self.folder, names::STATES)?;
+        let policy = Rows::read(&self.folder, names::POLICY)?;
+        let path = self.folder.join(names::POTENTIAL);
         let (_, potential) = array(&path)?;
         let lengths = [policy.rows.len(), potential.len()];
         if lengths.iter().any(|&length| length != states.rows.len()) {

@@ -1,7 +1,7 @@
 //! Curves over seeds with their 95 % intervals: means x̄ ± t₀.₉₇₅(n − 1) · s / √n, or interquartile means with
-//! bootstrap intervals ([`statistics`](crate::runner::statistics)).
+//! bootstrap intervals ([`statistics`](crate::statistics)).
 
-use crate::runner::statistics::{Bootstrap, interquartile_mean};
+use crate::statistics::{Bootstrap, interquartile_mean};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! Comparisons as people read them: a table for each world, and one over all worlds.
 
-use super::comparison::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments};
 use super::terminal::{amount, counts_steps, grouped, whole};
+use crate::archive::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
@@ -248,7 +248,7 @@ fn ranges(seeds: &[u64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::comparison::{ProbabilityInterval, TrialTiming};
+    use crate::archive::{ProbabilityInterval, TrialTiming};
 
     fn comparison() -> Comparison {
         let never = Moments {

@@ -1,7 +1,7 @@
 //! The summary of a run as people read it.
 
 use super::sparkline::sparkline;
-use super::summary::{SeedResult, SeedTiming};
+use crate::archive::{SeedResult, SeedTiming};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 use std::path::Path;

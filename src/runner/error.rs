@@ -1,41 +1,16 @@
 //! What can go wrong around a run.
 
-use crate::scenario::Choices;
-use std::path::{Path, PathBuf};
+use crate::archive::ArchiveError;
+use crate::engine::PipelineError;
+use crate::parameter::ParameterError;
+use crate::scenario::{Choices, ScenarioError};
+use crate::shaping::ShapingError;
+use crate::spectral::SpectralError;
 
-/// Why a run did not begin, or did not end.
+/// Reason why a run or a comparison did not begin, or did not end.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunnerError {
-    /// The run folder has something in it already.
-    #[error(
-        "{path}: the output folder exists; --resume goes on in it, --force replaces it, --out names another",
-        path = path.display()
-    )]
-    OutputExists {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// What is to be resumed or replaced is no run, so touching it might destroy something else.
-    #[error(
-        "{path}: not a run folder (it has no {marker} of this program), so it is left alone; name another with --out",
-        path = path.display()
-    )]
-    NotARunFolder {
-        /// The folder.
-        path: PathBuf,
-        /// The file that it would have.
-        marker: &'static str,
-    },
-    /// Another program writes there at this moment.
-    #[error(
-        "{path}: another run is writing to this folder; wait for its end (then --resume goes on in it), or name another with --out",
-        path = path.display()
-    )]
-    FolderInUse {
-        /// The folder.
-        path: PathBuf,
-    },
     /// An arm that is neither built in nor defined by the scenario.
     #[error("--arms: there is no arm `{name}`{right}")]
     UnknownArm {
@@ -43,33 +18,6 @@ pub enum RunnerError {
         name: String,
         /// The arms there are.
         right: Box<Choices>,
-    },
-    /// The run folder cannot be written to.
-    #[error("{path}: cannot write to the output folder: {source}", path = path.display())]
-    OutputNotWritable {
-        /// The folder.
-        path: PathBuf,
-        /// What the operating system said.
-        source: std::io::Error,
-    },
-    /// The run folder was made by another scenario.
-    #[error(
-        "{path}: cannot resume: the scenario differs from the one that began this run, first in the line `{line}`",
-        path = path.display()
-    )]
-    ResumeMismatch {
-        /// The resolved scenario in the run folder.
-        path: PathBuf,
-        /// The first line of the present scenario that is not the same there.
-        line: String,
-    },
-    /// A file of the run folder does not say what it should.
-    #[error("{path}: {message}", path = path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        message: String,
     },
     /// It cannot fit.
     #[error(
@@ -87,32 +35,27 @@ pub enum RunnerError {
         /// What to ask for instead.
         advice: &'static str,
     },
-    /// Writing failed during the run.
-    #[error("{path}: cannot write: {source}", path = path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: std::io::Error,
-    },
+    /// A file or folder cannot be used.
+    #[error(transparent)]
+    Archive(#[from] ArchiveError),
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A scenario, or an arm laid over it, was not accepted.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The run could not go on.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// Eigenpairs could not be computed.
+    #[error(transparent)]
+    Spectral(#[from] SpectralError),
+    /// A potential could not be computed.
+    #[error(transparent)]
+    Shaping(#[from] ShapingError),
 }
 
 /// To a tenth.
 fn gigabytes(bytes: u64) -> String {
     format!("{:.1} GB", bytes as f64 / 1e9)
-}
-
-impl RunnerError {
-    /// Writing to `path` failed: for `map_err`.
-    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        |source| Self::Write {
-            path: path.to_owned(),
-            source,
-        }
-    }
-
-    /// Whether the caller asked for something that cannot be, as opposed to something failing on the way.
-    pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Write { .. })
-    }
 }

@@ -146,7 +146,7 @@ mod tests {
         let world = small.world(0).unwrap();
         assert!(require_memory(&small, &world, 2).is_ok());
         let error = require_memory(&small, &world, usize::MAX).unwrap_err();
-        assert!(error.is_bad_input());
+        assert!(matches!(error, RunnerError::TooMuchMemory { .. }));
         let message = error.to_string();
         assert!(message.contains("this machine has"), "{message}");
         // 24 bytes n² for 10⁹ nodes are 24 exabytes.

@@ -2,47 +2,38 @@
 //!
 //! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
 //! - [`run`]: one seed into a run folder, records written as they happen.
-//! - [`compare`]: arms × seeds, with the [`statistics`] of a handful of runs.
+//! - [`compare`]: arms × seeds, with the [`statistics`](crate::statistics) of a handful of runs.
+//! - [`RunObserver`]: whoever else is told what happens in a run; the runner itself shows nothing.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
+//!
+//! Both loops are one: a trial plays episode after episode, and tells its observers.
 
-mod belongings;
-mod board;
 mod build;
 mod compare;
-mod crew;
 mod error;
 mod estimate;
-pub mod files;
-mod folder;
-mod follow;
-mod graph_files;
-mod ledger;
-mod lock;
 mod nearness;
-mod phases;
+mod observer;
+mod optimal_returns;
+mod parallel_map;
 mod places;
 mod potential;
-mod records;
 mod run;
-mod session;
+mod seed_writer;
 mod snapshots;
-pub mod statistics;
-mod temporary;
-mod thinning;
+mod sums;
 mod trial;
 
-pub use board::BOARD_FILE;
 pub use build::{build_engine, pipeline_params};
-pub use compare::{CompareReport, CompareRequest, CompareWatch, Compared, Trial, compare};
+pub use compare::{CompareOutcome, CompareRequest, CompareWatch, compare};
 pub use error::RunnerError;
 pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
-pub use folder::{Existing, FolderKind, RunFolder, is_comparison, is_run, seed_folder_name};
-pub use follow::{Follower, Moment};
-pub use graph_files::{GraphRow, PolicyRow, write_graph_files};
-pub use lock::FolderLock;
+pub use observer::{
+    Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState,
+};
 pub use potential::{GraphPotential, potential_of_graph};
-pub use records::{SeedRecords, read_potential, write_matrix};
-pub use run::{Outlets, SeedOutcome, Watch, run_seed};
-pub use session::{RunReport, RunRequest, run};
-pub use snapshots::{Snapshot, Snapshots, read_snapshots};
-pub use trial::{TrialOutcome, run_trial};
+pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};
+pub use snapshots::Snapshots;
+
+#[cfg(test)]
+mod tests;

@@ -1,61 +1,60 @@
 //! Where the states of a run are: on a map, or in a list of names.
 
+use super::observer::{Knowledge, KnownMap};
+use crate::engine::ShapingPipeline;
+use crate::env::MdpState;
 use crate::env::layouts::{Cell, Layout};
+use crate::graph::StateId;
+use std::hash::Hash;
 
-/// What states of type `S` are called, and where they are on the map if there is one.
-pub(super) struct Places<S> {
-    /// Column names of `label`, for `states.csv`.
-    pub columns: &'static str,
-    /// Place (`row,col`) or name of a state, as fields of a CSV line.
-    pub label: Box<dyn Fn(&S) -> String>,
-    /// The map, if there is one.
-    pub map: Option<Map<S>>,
+/// Names of the states of a world, and where they are on the map if there is one.
+pub(super) trait Places<S> {
+    /// Row and column of a state, or its name.
+    fn label(&self, state: &S) -> Vec<String>;
+
+    /// The map and the cell of a state, if there is one.
+    fn map(&self) -> Option<(&Layout, fn(&S) -> Cell)>;
 }
 
-/// A map, and where states are on it.
-pub(super) struct Map<S> {
-    pub layout: Layout,
-    pub cell: fn(&S) -> Cell,
-}
+/// Places on a map.
+impl Places<Cell> for Layout {
+    fn label(&self, cell: &Cell) -> Vec<String> {
+        let (row, col) = self.position(*cell);
+        vec![row.to_string(), col.to_string()]
+    }
 
-impl Places<Cell> {
-    /// Cells of a map.
-    pub fn on_map(layout: &Layout) -> Self {
-        let map = layout.clone();
-        Self {
-            columns: "row,col",
-            label: Box::new(move |cell| {
-                let (row, col) = map.position(*cell);
-                format!("{row},{col}")
-            }),
-            map: Some(Map {
-                layout: layout.clone(),
-                cell: |cell| *cell,
-            }),
-        }
+    fn map(&self) -> Option<(&Layout, fn(&Cell) -> Cell)> {
+        Some((self, |cell| *cell))
     }
 }
 
-impl<S> Places<S> {
-    /// States with names.
-    pub fn named(names: Vec<String>, index: fn(&S) -> usize) -> Self
-    where
-        S: 'static,
-    {
-        Self {
-            columns: "name",
-            label: Box::new(move |state| csv_field(&names[index(state)])),
-            map: None,
-        }
+/// Names by the number of a state.
+impl Places<MdpState> for Vec<String> {
+    fn label(&self, state: &MdpState) -> Vec<String> {
+        vec![self[state.index()].clone()]
+    }
+
+    fn map(&self) -> Option<(&Layout, fn(&MdpState) -> Cell)> {
+        None
     }
 }
 
-/// A name as a field of a CSV line, quoted if it must be.
-fn csv_field(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
+/// What `pipeline` knows of a world whose states are in these places.
+pub(super) fn knowledge<'a, S: Clone + Eq + Hash>(
+    pipeline: &'a ShapingPipeline<S>,
+    places: &'a dyn Places<S>,
+) -> Knowledge<'a> {
+    let state = |state: StateId| pipeline.graph().state(state);
+    let map = places.map().map(|(layout, cell)| KnownMap {
+        layout,
+        cell: Box::new(move |id| cell(state(id))),
+    });
+    Knowledge {
+        graph: pipeline.transitions(),
+        potential: pipeline.potential(),
+        eigenpairs: pipeline.spectrum().eigenpairs(),
+        label: Box::new(move |id| places.label(state(id))),
+        map,
     }
 }
 
@@ -64,17 +63,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_quoted_where_they_must_be() {
-        assert_eq!(csv_field("hall"), "hall");
-        assert_eq!(csv_field("hall, \"old\""), "\"hall, \"\"old\"\"\"");
-    }
-
-    #[test]
     fn cells_are_called_by_row_and_column() {
         let layout = Layout::open(2, 3).unwrap();
-        let places = Places::on_map(&layout);
         let cell = layout.cell(1, 2).unwrap();
-        assert_eq!((places.label)(&cell), "1,2");
-        assert_eq!((places.map.unwrap().cell)(&cell), cell);
+        assert_eq!(layout.label(&cell), ["1", "2"]);
+        assert_eq!(layout.map().unwrap().1(&cell), cell);
     }
 }

@@ -1,6 +1,6 @@
 //! A potential towards goals on any graph, without a world.
 
-use crate::error::Error;
+use super::error::RunnerError;
 use crate::gcn::GcnParams;
 use crate::graph::{StateId, SymmetricCsr};
 use crate::shaping::{PotentialKind, ShapingParams, potential_on_graph, spurious_maxima};
@@ -8,7 +8,7 @@ use crate::spectral::{ProtoValueFunctions, SpectralParams};
 use faer::Mat;
 use std::time::Instant;
 
-/// φ of every node, and how good it is to climb.
+/// Potential of every node, and how good it is to climb.
 #[derive(Clone, Debug)]
 pub struct GraphPotential {
     /// φ by node; 0 at the goals.
@@ -29,7 +29,7 @@ pub fn potential_of_graph(
     goals: &[StateId],
     kind: PotentialKind,
     seed: u64,
-) -> Result<GraphPotential, Error> {
+) -> Result<GraphPotential, RunnerError> {
     let begun = Instant::now();
     let learnt = matches!(kind, PotentialKind::Gcn | PotentialKind::Report);
     let mut functions = ProtoValueFunctions::new(SpectralParams::default(), seed);

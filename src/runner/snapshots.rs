@@ -1,18 +1,11 @@
-//! φ and the first eigenvectors through the refreshes: few enough frames to look at, as `snapshots.json`.
+//! φ and the first eigenvectors through the refreshes: few enough frames to look at.
 //!
 //! Every `stride`-th refresh leaves a frame. Whenever the frames become too many, every second one is dropped and the
 //! stride doubles, so that what remains is spread over the whole run, whatever its length. Nothing is done between
 //! refreshes, and no clock is read: equal runs leave equal bytes.
 
-use super::error::RunnerError;
-use super::files::{read_json, write_compact_json};
-use crate::engine::ShapingPipeline;
-use serde::{Deserialize, Serialize};
-use std::hash::Hash;
-use std::path::Path;
-
-/// The file in the folder of a seed.
-const FILE: &str = "snapshots.json";
+use super::observer::Knowledge;
+use crate::archive::Snapshot;
 
 /// Frames kept, the last state of the run not counted.
 const MAX_FRAMES: usize = 39;
@@ -23,25 +16,7 @@ const MAX_NUMBERS: usize = 1_000_000;
 /// Eigenvectors kept: from the second on, because the first is the same everywhere up to degrees.
 const VECTORS: std::ops::Range<usize> = 1..5;
 
-/// What was known at one moment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Snapshot {
-    /// Environment steps taken before it.
-    pub step: u64,
-    /// States known.
-    pub nodes: usize,
-    /// Undirected edges known.
-    pub edges: usize,
-    /// φ by state number, to four digits.
-    pub potential: Vec<f32>,
-    /// The lowest eigenvalues, ascending; empty before the first spectrum.
-    pub eigenvalues: Vec<f64>,
-    /// The second to fifth eigenvector by state number, scaled by √n, to four digits, each with the sign that agrees
-    /// best with the frame before; may be shorter than `potential` by the states found since the last spectrum.
-    pub vectors: Vec<Vec<f32>>,
-}
-
-/// Collects the frames of one seed.
+/// Frames of one seed.
 #[derive(Clone, Debug)]
 pub struct Snapshots {
     frames: Vec<Snapshot>,
@@ -61,47 +36,23 @@ impl Default for Snapshots {
 
 impl Snapshots {
     /// A refresh has happened at `step`. O(states) for those that are kept, O(1) for the others.
-    pub fn refreshed<S: Clone + Eq + Hash>(&mut self, step: u64, pipeline: &ShapingPipeline<S>) {
+    pub fn refreshed(&mut self, step: u64, known: &Knowledge<'_>) {
         let number = self.refreshes;
         self.refreshes += 1;
         if number.is_multiple_of(self.stride) {
-            self.push(step, pipeline);
+            self.frames.push(snapshot(step, known, self.frames.last()));
             self.thin();
         }
     }
 
-    /// Adds the end of the run, and writes all frames into the seed's `folder`.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn finish<S: Clone + Eq + Hash>(
-        mut self,
-        step: u64,
-        pipeline: &ShapingPipeline<S>,
-        folder: &Path,
-    ) -> Result<(), RunnerError> {
-        self.push(step, pipeline);
-        let path = folder.join(FILE);
-        write_compact_json(&path, &self.frames).map_err(RunnerError::write(&path))
-    }
-
     /// The frames so far, and how things stand at `step`.
-    pub(super) fn up_to_now<S: Clone + Eq + Hash>(
-        &self,
-        step: u64,
-        pipeline: &ShapingPipeline<S>,
-    ) -> Vec<Snapshot> {
-        let now = Snapshot::of(step, pipeline, self.frames.last());
+    pub fn up_to_now(&self, step: u64, known: &Knowledge<'_>) -> Vec<Snapshot> {
+        let now = snapshot(step, known, self.frames.last());
         self.frames.iter().cloned().chain([now]).collect()
     }
 
-    fn push<S: Clone + Eq + Hash>(&mut self, step: u64, pipeline: &ShapingPipeline<S>) {
-        let frame = Snapshot::of(step, pipeline, self.frames.last());
-        self.frames.push(frame);
-    }
-
     fn thin(&mut self) {
-        let numbers: usize = self.frames.iter().map(Snapshot::numbers).sum();
+        let numbers: usize = self.frames.iter().map(numbers).sum();
         let too_many = self.frames.len() > MAX_FRAMES || numbers > MAX_NUMBERS;
         if too_many && self.frames.len() > 1 {
             let mut number = 0;
@@ -114,43 +65,38 @@ impl Snapshots {
     }
 }
 
-impl Snapshot {
-    fn of<S: Clone + Eq + Hash>(
-        step: u64,
-        pipeline: &ShapingPipeline<S>,
-        before: Option<&Self>,
-    ) -> Self {
-        let graph = pipeline.transitions();
-        let nodes = graph.num_states();
-        let mut potential: Vec<f32> = rounded(pipeline.potential().values().iter().copied());
-        potential.resize(nodes, 0.0);
-        let pairs = pipeline.spectrum().eigenpairs();
-        let vectors = pairs.map_or(Vec::new(), |pairs| {
-            let (rows, columns) = pairs.vectors.shape();
-            let before = |k| before.and_then(|frame| frame.vectors.get(k));
-            VECTORS
-                .take_while(|&k| k < columns)
-                .enumerate()
-                .map(|(place, k)| {
-                    let column: Vec<f64> = (0..rows).map(|row| pairs.vectors[(row, k)]).collect();
-                    let scale = (rows as f64).sqrt() * sign(&column, before(place));
-                    rounded(column.iter().map(|entry| entry * scale))
-                })
-                .collect()
-        });
-        Self {
-            step,
-            nodes,
-            edges: graph.adjacency().num_edges(),
-            potential,
-            eigenvalues: pairs.map_or(Vec::new(), |pairs| pairs.values.clone()),
-            vectors,
-        }
+/// The frame of this moment; the one before tells the signs of eigenvectors.
+fn snapshot(step: u64, known: &Knowledge<'_>, before: Option<&Snapshot>) -> Snapshot {
+    let nodes = known.graph.num_states();
+    let mut potential: Vec<f32> = rounded(known.potential.values().iter().copied());
+    potential.resize(nodes, 0.0);
+    let pairs = known.eigenpairs;
+    let vectors = pairs.map_or(Vec::new(), |pairs| {
+        let (rows, columns) = pairs.vectors.shape();
+        let before = |k| before.and_then(|frame| frame.vectors.get(k));
+        VECTORS
+            .take_while(|&k| k < columns)
+            .enumerate()
+            .map(|(place, k)| {
+                let column: Vec<f64> = (0..rows).map(|row| pairs.vectors[(row, k)]).collect();
+                let scale = (rows as f64).sqrt() * sign(&column, before(place));
+                rounded(column.iter().map(|entry| entry * scale))
+            })
+            .collect()
+    });
+    Snapshot {
+        step,
+        nodes,
+        edges: known.graph.adjacency().num_edges(),
+        potential,
+        eigenvalues: pairs.map_or(Vec::new(), |pairs| pairs.values.clone()),
+        vectors,
     }
+}
 
-    fn numbers(&self) -> usize {
-        self.potential.len() + self.vectors.iter().map(Vec::len).sum::<usize>()
-    }
+/// Numbers kept in a frame.
+fn numbers(frame: &Snapshot) -> usize {
+    frame.potential.len() + frame.vectors.iter().map(Vec::len).sum::<usize>()
 }
 
 /// −1 if `column` points away from the vector of the frame before, so that pictures do not flicker; else 1. Features
@@ -174,23 +120,26 @@ fn rounded(values: impl Iterator<Item = f64>) -> Vec<f32> {
         .collect()
 }
 
-/// The frames that a seed has left in its folder.
-///
-/// # Errors
-/// If there is no such file, or it does not hold frames.
-pub fn read_snapshots(folder: &Path) -> Result<Vec<Snapshot>, RunnerError> {
-    let path = folder.join(FILE);
-    read_json(&path).map_err(|error| RunnerError::Damaged {
-        path,
-        message: error.to_string(),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::PipelineParams;
-    use crate::env::{Action, Step, StepStatus};
+    use crate::archive::{read_snapshots, write_snapshots};
+    use crate::engine::{PipelineParams, ShapingPipeline};
+    use crate::env::{Action, Cell, Layout, Step, StepStatus};
+    use crate::runner::places::{Places, knowledge};
+
+    /// States without a map.
+    struct Nowhere;
+
+    impl Places<u32> for Nowhere {
+        fn label(&self, state: &u32) -> Vec<String> {
+            vec![state.to_string()]
+        }
+
+        fn map(&self) -> Option<(&Layout, fn(&u32) -> Cell)> {
+            None
+        }
+    }
 
     fn walked(steps: u32) -> ShapingPipeline<u32> {
         let params = PipelineParams {
@@ -215,7 +164,7 @@ mod tests {
         let pipeline = walked(3);
         let mut snapshots = Snapshots::default();
         for step in 0..1000 {
-            snapshots.refreshed(step, &pipeline);
+            snapshots.refreshed(step, &knowledge(&pipeline, &Nowhere));
             assert!(snapshots.frames.len() <= MAX_FRAMES);
         }
         let steps: Vec<u64> = snapshots.frames.iter().map(|f| f.step).collect();
@@ -232,10 +181,11 @@ mod tests {
     fn frames_come_back_as_they_went() {
         let folder = tempfile::tempdir().unwrap();
         let pipeline = walked(5);
-        let snapshots = Snapshots::default();
-        snapshots.finish(5, &pipeline, folder.path()).unwrap();
+        let known = knowledge(&pipeline, &Nowhere);
+        let written = Snapshots::default().up_to_now(5, &known);
+        write_snapshots(folder.path(), &written).unwrap();
         let mut frames = read_snapshots(folder.path()).unwrap();
-        let mut written = Snapshot::of(5, &pipeline, None);
+        let mut written = snapshot(5, &known, None);
         // JSON of f64 is read to the last bit but one.
         let values = frames[0].eigenvalues.drain(..);
         for (read, written) in values.zip(written.eigenvalues.drain(..)) {

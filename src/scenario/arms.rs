@@ -53,7 +53,7 @@ pub struct Arm {
     pub name: String,
     /// `section.key=value`, laid over the file and over `--set`.
     pub settings: Vec<String>,
-    /// What came out, complete and checked.
+    /// What came out, complete and checked; its worlds are those of the scenario that it is laid over.
     pub scenario: Scenario,
 }
 

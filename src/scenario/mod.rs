@@ -29,6 +29,7 @@ mod place;
 mod shipped;
 mod template;
 mod world;
+mod worlds;
 
 pub use arms::{Arm, ArmParams};
 pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm};
@@ -39,6 +40,7 @@ pub use place::{MaxSteps, MoveAfter, Place};
 pub use shipped::{Shipped, report_scenarios, shipped};
 pub use template::template;
 pub use world::{MovedWorld, World};
+pub use worlds::Worlds;
 
 use crate::agent::AgentParams;
 use crate::engine::ScheduleParams;
@@ -114,13 +116,15 @@ pub struct Scenario {
     pub arms: BTreeMap<String, ArmParams>,
 }
 
-/// A scenario, with the file it came from.
+/// A scenario with the file it came from and the worlds that it describes.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scenario, complete and checked.
     pub scenario: Scenario,
     /// The text of the file, without the assignments of the command line.
     pub text: String,
+    /// Its worlds, the same for all its arms.
+    pub worlds: Worlds,
 }
 
 impl Scenario {
@@ -146,18 +150,20 @@ impl Scenario {
     pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
         let document = Document::new(path, text, sets)?;
         let scenario = Self::of(&document)?;
+        let worlds = Worlds::of(&scenario).map_err(|broken| document.blame(broken))?;
         scenario.check_arms(&document)?;
         Ok(Loaded {
             scenario,
             text: document.text().to_owned(),
+            worlds,
         })
     }
 
-    /// The scenario of a document, complete and checked but for its arms.
+    /// The scenario of a document, complete and checked but for its worlds and its arms.
     fn of(document: &Document) -> Result<Scenario, ScenarioError> {
         let mut scenario: Scenario = document.deserialize()?;
         scenario.complete(document.path());
-        let checked = scenario.validate();
+        let checked = scenario.validate_sections();
         checked.map_err(|broken| document.blame(broken))?;
         Ok(scenario)
     }
@@ -206,8 +212,7 @@ impl Scenario {
     /// The first broken rule, with the key to blame.
     pub fn validate(&self) -> Result<(), BrokenRule> {
         self.validate_sections()?;
-        self.world(0)?;
-        self.moved_world(0).map(drop)
+        Worlds::of(self).map(drop)
     }
 
     /// Checks every section by itself, without the world, whose file may be elsewhere by now.

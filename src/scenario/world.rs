@@ -36,8 +36,19 @@ impl Scenario {
     /// # Errors
     /// If the section `[env]` does not describe one, with the key to blame.
     pub fn world(&self, seed: u64) -> Result<World, BrokenRule> {
+        let list = self.env.edge_list()?;
+        self.first_world(list.as_ref(), seed)
+    }
+
+    /// The same with the edge list read already, if there is one.
+    pub(super) fn first_world(
+        &self,
+        list: Option<&EdgeList>,
+        seed: u64,
+    ) -> Result<World, BrokenRule> {
         let rng = stream(seed, Stream::Environment);
-        self.env.world(GoalList::First, rng, self.run.episodes)
+        let episodes = self.run.episodes;
+        self.env.world(list, GoalList::First, rng, episodes)
     }
 
     /// The same world with the goals that a run ends with; none if they do not move. Its states are those of
@@ -46,6 +57,19 @@ impl Scenario {
     /// # Errors
     /// As [`Self::world`], and if the goals move nowhere or never.
     pub fn moved_world(&self, seed: u64) -> Result<Option<MovedWorld>, BrokenRule> {
+        if self.goals_move_after().is_none() {
+            return Ok(None);
+        }
+        let list = self.env.edge_list()?;
+        self.world_after_move(list.as_ref(), seed)
+    }
+
+    /// The same with the edge list read already, if there is one.
+    pub(super) fn world_after_move(
+        &self,
+        list: Option<&EdgeList>,
+        seed: u64,
+    ) -> Result<Option<MovedWorld>, BrokenRule> {
         let Some(after) = self.goals_move_after() else {
             return Ok(None);
         };
@@ -65,7 +89,8 @@ impl Scenario {
             ));
         }
         let rng = stream(seed, Stream::MovedEnvironment);
-        let world = self.env.world(GoalList::Moved, rng, self.run.episodes)?;
+        let episodes = self.run.episodes;
+        let world = self.env.world(list, GoalList::Moved, rng, episodes)?;
         Ok(Some(MovedWorld { after, world }))
     }
 
@@ -89,19 +114,16 @@ impl Scenario {
 }
 
 impl EnvParams {
-    /// The world with these goals, for a run of `episodes`.
+    /// The world with these goals, for a run of `episodes`, on an edge list or, without one, on a map.
     fn world(
         &self,
+        list: Option<&EdgeList>,
         goals: GoalList,
         rng: ChaCha8Rng,
         episodes: usize,
     ) -> Result<World, BrokenRule> {
         self.check_rewards(goals)?;
-        let list = match self.kind {
-            EnvKind::EdgeList => Some(self.edge_list(goals)?),
-            _ => None,
-        };
-        let world = match &list {
+        let world = match list {
             Some(list) => self.listed(list, goals, rng)?,
             None => {
                 let layout = self.layout(goals)?;
@@ -113,13 +135,18 @@ impl EnvParams {
             episodes,
             max_steps: world.max_steps(),
         };
-        self.check_reward_sizes(goals, list.as_ref(), extent)?;
+        self.check_reward_sizes(goals, list, extent)?;
         Ok(world)
     }
 
-    fn edge_list(&self, goals: GoalList) -> Result<EdgeList, BrokenRule> {
+    /// Reads the edge list of a world that is one.
+    pub(super) fn edge_list(&self) -> Result<Option<EdgeList>, BrokenRule> {
+        if self.kind != EnvKind::EdgeList {
+            return Ok(None);
+        }
         let path = self.file.as_deref().unwrap_or("".as_ref());
-        EdgeList::read(path).map_err(|e| self.blame(e, goals))
+        let list = EdgeList::read(path).map_err(|e| self.blame(e, GoalList::First))?;
+        Ok(Some(list))
     }
 
     fn listed(
@@ -181,6 +208,14 @@ fn state_name(key: &str, place: &Place, list: &EdgeList) -> Result<String, Broke
 }
 
 impl World {
+    /// Draws slips and random starts from `rng` from now on.
+    pub(super) fn reseed(&mut self, rng: ChaCha8Rng) {
+        match self {
+            World::Grid(world) => world.reseed(rng),
+            World::Listed(world, _) => world.reseed(rng),
+        }
+    }
+
     /// Number of actions in every state.
     pub fn num_actions(&self) -> usize {
         use crate::env::Environment;

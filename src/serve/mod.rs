@@ -1,12 +1,12 @@
 //! A run as a page in the browser, while it goes on.
 //!
 //! ```text
-//! run ──moment──▶ desk ──drawing──▶ board ──▶ one thread per browser, which writes the newest drawing it has not sent
+//! run ──update──▶ desk ──drawing──▶ board ──▶ one thread per browser, which writes the newest drawing it has not sent
 //! ```
 //!
-//! - The run leaves a [`Moment`] on the desk, and only when it is asked for one: somebody is looking, the one before has
+//! - The run's observer, [`LiveView`], leaves an update on the desk, and only when it is asked for one: somebody is looking, the one before has
 //!   been drawn, and leaving them does not take more than a hundredth of the time. It never waits.
-//! - One thread turns moments into the object that the page is drawn from.
+//! - One thread turns updates into the object that the page is drawn from.
 //! - A browser that is slow misses drawings. It has a few seconds for its whole request and for each whole drawing,
 //!   however it spreads them, and is dropped after that. Nothing is queued.
 //! - `GET /` is the page, `GET /events` the drawings as
@@ -27,103 +27,13 @@ mod board;
 mod browser;
 mod hasty;
 mod http;
+mod live_view;
 mod painter;
+mod server;
 
-use crate::runner::{Follower, Moment};
-use crate::scenario::Scenario;
-use board::Board;
-use browser::{Browsers, Patience};
-use painter::Desk;
-use std::io;
-use std::net::{SocketAddr, TcpListener};
-use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::Duration;
-
-/// How long browsers are given to take the last drawing.
-const FAREWELL: Duration = Duration::from_secs(2);
-
-/// What the page says about the run beside its numbers.
-#[derive(Clone, Debug)]
-pub struct Title {
-    /// The run.
-    pub name: String,
-    /// Its scenario.
-    pub scenario: Scenario,
-    /// The command line.
-    pub arguments: Vec<String>,
-}
-
-/// A running server. Dropping it ends it.
-pub struct Server {
-    address: SocketAddr,
-    desk: Arc<Desk>,
-    board: Arc<Board>,
-    browsers: Arc<Browsers>,
-    painter: Option<JoinHandle<()>>,
-}
-
-impl Server {
-    /// Listens at `address`; port 0 takes any that is free.
-    ///
-    /// # Errors
-    /// If the address cannot be had, or a thread cannot be started.
-    pub fn start(address: SocketAddr, title: Title) -> io::Result<Self> {
-        Self::start_with(address, title, Patience::default())
-    }
-
-    fn start_with(address: SocketAddr, title: Title, patience: Patience) -> io::Result<Self> {
-        let listener = TcpListener::bind(address)?;
-        let address = listener.local_addr()?;
-        let board = Arc::new(Board::default());
-        let desk = Arc::new(Desk::default());
-        let painter = {
-            let (desk, board) = (Arc::clone(&desk), Arc::clone(&board));
-            let thread = std::thread::Builder::new().name("painter".to_owned());
-            thread.spawn(move || painter::paint(&desk, &board, title))?
-        };
-        let browsers = Browsers::listen(listener, Arc::clone(&board), patience)?;
-        Ok(Self {
-            address,
-            desk,
-            board,
-            browsers,
-            painter: Some(painter),
-        })
-    }
-
-    /// Where it listens.
-    pub fn address(&self) -> SocketAddr {
-        self.address
-    }
-
-    /// How many browsers are connected.
-    pub fn num_browsers(&self) -> usize {
-        self.browsers.count()
-    }
-}
-
-impl Follower for Server {
-    fn wants(&self) -> bool {
-        self.board.is_looked_at() && self.desk.is_free()
-    }
-
-    fn show(&self, moment: Moment) {
-        self.desk.leave(moment);
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.desk.close();
-        if let Some(painter) = self.painter.take() {
-            // A panic there has been told on stderr, and must not hide what came of the run.
-            let _ = painter.join();
-        }
-        self.board.end();
-        self.browsers.dismiss(FAREWELL);
-    }
-}
+pub use live_view::LiveView;
+pub use painter::Title;
+pub use server::Server;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,12 @@
 //! From what the run leaves on the desk to drawings on the board.
 
-use super::Title;
 use super::board::Board;
-use crate::report::{RecordedRun, RecordedSeed, Summary, report_data};
-use crate::runner::Moment;
+use crate::archive::{
+    EpisodeRow, GraphRow, PolicyRow, RecordedRun, RecordedSeed, RefreshRow, SeedResult, SeedTiming,
+    Snapshot, Summary,
+};
+use crate::report::report_data;
+use crate::scenario::Scenario;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -14,7 +17,39 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// The painter rests so many times as long as it worked: a tenth of one processor is what it may take.
 const REST: u32 = 9;
 
-/// Room for one moment.
+/// Head of the page: what it says about the run beside its numbers.
+#[derive(Clone, Debug)]
+pub struct Title {
+    /// The run.
+    pub name: String,
+    /// Its scenario.
+    pub scenario: Scenario,
+    /// The command line.
+    pub arguments: Vec<String>,
+}
+
+/// State of a run as the live page shows it: its history in a bounded number of rows, and the present of everything else.
+#[derive(Clone, Debug)]
+pub(super) struct LiveUpdate {
+    /// The run so far.
+    pub result: SeedResult,
+    /// What the clock says.
+    pub timing: SeedTiming,
+    /// Its episodes, later ones several in a row.
+    pub episodes: Vec<EpisodeRow>,
+    /// Its refreshes, of later ones only some, but the last fit in any case.
+    pub refreshes: Vec<RefreshRow>,
+    /// Frames of the whole run, the present one last.
+    pub snapshots: Vec<Snapshot>,
+    /// Place (`row,col`) or name of each state.
+    pub labels: Vec<String>,
+    /// Visits and best action of each state.
+    pub policy: Vec<PolicyRow>,
+    /// What was seen.
+    pub graph: Vec<GraphRow>,
+}
+
+/// Room for one update.
 #[derive(Debug, Default)]
 pub(super) struct Desk {
     slot: Mutex<Slot>,
@@ -24,20 +59,20 @@ pub(super) struct Desk {
 
 #[derive(Debug, Default)]
 struct Slot {
-    moment: Option<Moment>,
+    update: Option<LiveUpdate>,
     closed: bool,
 }
 
 impl Desk {
-    /// Whether the painter has done with the moment before, and has rested.
+    /// Whether the painter has done with the update before, and has rested.
     pub fn is_free(&self) -> bool {
         !self.busy.load(Ordering::Acquire)
     }
 
-    /// Leaves a moment in the place of what lies there.
-    pub fn leave(&self, moment: Moment) {
+    /// Leaves an update in the place of what lies there.
+    pub fn leave(&self, update: LiveUpdate) {
         self.busy.store(true, Ordering::Release);
-        self.locked().moment = Some(moment);
+        self.locked().update = Some(update);
         self.changed.notify_all();
     }
 
@@ -51,15 +86,15 @@ impl Desk {
         self.locked().closed
     }
 
-    /// Waits for a moment; none after the last one.
-    fn take(&self) -> Option<Moment> {
-        let empty = |slot: &mut Slot| slot.moment.is_none() && !slot.closed;
+    /// Waits for an update; none after the last one.
+    fn take(&self) -> Option<LiveUpdate> {
+        let empty = |slot: &mut Slot| slot.update.is_none() && !slot.closed;
         let waited = self.changed.wait_while(self.locked(), empty);
         let mut slot = waited.unwrap_or_else(PoisonError::into_inner);
-        slot.moment.take()
+        slot.update.take()
     }
 
-    /// Rests until the time has come or the desk is closed, and then asks for another moment.
+    /// Rests until the time has come or the desk is closed, and then asks for another update.
     fn rest(&self, time: Duration) {
         let open = |slot: &mut Slot| !slot.closed;
         drop(self.changed.wait_timeout_while(self.locked(), time, open));
@@ -71,7 +106,7 @@ impl Desk {
     }
 }
 
-/// Draws every moment that is left on the desk, until it is closed.
+/// Draws every update that is left on the desk, until it is closed.
 pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
     let name = title.scenario.name.as_str().into();
     let mut run = RecordedRun {
@@ -82,9 +117,9 @@ pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
         summary: Summary::default(),
         seeds: vec![RecordedSeed::default()],
     };
-    while let Some(moment) = desk.take() {
+    while let Some(update) = desk.take() {
         let begun = Instant::now();
-        take_in(&mut run, moment);
+        take_in(&mut run, update);
         if desk.is_closed() && !board.is_looked_at() {
             return;
         }
@@ -95,28 +130,28 @@ pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
 }
 
 /// Replaces what was known before.
-fn take_in(run: &mut RecordedRun, moment: Moment) {
-    run.summary.put(moment.result, moment.timing);
+fn take_in(run: &mut RecordedRun, update: LiveUpdate) {
+    run.summary.put(update.result, update.timing);
     let seed = &mut run.seeds[0];
-    seed.seed = moment.timing.seed;
-    seed.episodes = moment.episodes;
-    seed.refreshes = moment.refreshes;
-    seed.snapshots = moment.snapshots;
-    seed.labels = moment.labels;
-    seed.policy = moment.policy;
-    seed.graph = moment.graph;
+    seed.seed = update.timing.seed;
+    seed.episodes = update.episodes;
+    seed.refreshes = update.refreshes;
+    seed.snapshots = update.snapshots;
+    seed.labels = update.labels;
+    seed.policy = update.policy;
+    seed.graph = update.graph;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::serve::tests::moment;
+    use crate::serve::tests::update;
 
     #[test]
     fn a_desk_is_free_once_the_painter_has_rested() {
         let desk = Desk::default();
         assert!(desk.is_free());
-        desk.leave(moment(1));
+        desk.leave(update(1));
         assert!(!desk.is_free());
         assert!(desk.take().is_some());
         assert!(!desk.is_free(), "the painter has not rested yet");

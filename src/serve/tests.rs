@@ -1,11 +1,12 @@
 use super::browser::Patience;
+use super::painter::LiveUpdate;
 use super::*;
-use crate::report::{EpisodeRow, SeedResult, SeedTiming};
-use crate::runner::Snapshot;
+use crate::archive::{EpisodeRow, SeedResult, SeedTiming, Snapshot};
+use crate::scenario::Scenario;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// After so long something hangs.
 const HANGS: Duration = Duration::from_secs(600);
@@ -40,14 +41,14 @@ fn heavy_server(answer: Duration) -> Server {
 }
 
 /// A run that has gone on for so many steps.
-pub(super) fn moment(step: u64) -> Moment {
+pub(super) fn update(step: u64) -> LiveUpdate {
     let snapshot = Snapshot {
         step,
         nodes: 1,
         potential: vec![0.0],
         ..Snapshot::default()
     };
-    Moment {
+    LiveUpdate {
         result: SeedResult {
             seed: 0,
             finished: false,
@@ -73,11 +74,12 @@ pub(super) fn moment(step: u64) -> Moment {
         episodes: (1..=step)
             .map(|episode| EpisodeRow {
                 episodes: 1,
+                episode: episode - 1,
                 step: 4 * episode,
                 length: 4,
                 plain_return: -4.0,
                 shaped_return: -4.0,
-                status: "terminated".to_owned(),
+                status: "terminated".into(),
                 regret: 0.0,
                 nodes: 1,
                 edges: 0,
@@ -126,7 +128,7 @@ fn the_run_is_asked_only_while_somebody_looks() {
     assert!(!server.wants());
     let events = ask(&server, "/events");
     wait_for("somebody looks", || server.wants());
-    server.show(moment(1));
+    server.show(update(1));
     wait_for("the painter has rested", || server.wants());
     drop(events);
     wait_for("nobody looks", || !server.wants());
@@ -139,14 +141,14 @@ fn drawings_come_as_events_until_the_end() {
     let mut events = BufReader::new(ask(&server, "/events"));
     wait_for("somebody looks", || server.wants());
     for step in [1, 2] {
-        server.show(moment(step));
+        server.show(update(step));
         let data: serde_json::Value =
             serde_json::from_str(&line(&mut events, "data: ")[6..]).unwrap();
         assert_eq!(data["title"], "small");
         let episodes = data["arms"][0]["episodes"].as_array().unwrap();
         assert_eq!(episodes.len(), step as usize, "the whole run is drawn");
     }
-    server.show(moment(3));
+    server.show(update(3));
     let end = std::thread::spawn(move || {
         let last = line(&mut events, "data: ");
         line(&mut events, "event: end");
@@ -169,7 +171,7 @@ fn a_browser_that_does_not_read_holds_nobody_up() {
     // The stalled browser's thread gets stuck in the first one.
     for step in 1..=3 {
         wait_for("the painter has rested", || server.wants());
-        server.show(moment(step));
+        server.show(update(step));
         line(&mut reading, "data: ");
     }
     assert_eq!(
@@ -213,7 +215,7 @@ fn a_browser_that_reads_in_drops_is_dropped() {
     let server = heavy_server(Duration::from_secs(1));
     let mut sipping = ask(&server, "/events");
     sipping.read_exact(&mut [0; 12]).unwrap(); // it has a seat
-    server.show(moment(1));
+    server.show(update(1));
     wait_for("its seat is free", || {
         // A little at a time, so that some of what is sent always gets through.
         let _ = sipping.read(&mut [0; 100]);
@@ -240,7 +242,7 @@ fn the_page_is_drawn_from_what_there_is() {
     let server = server();
     let mut stream = ask(&server, "/");
     wait_for("somebody looks", || server.wants());
-    server.show(moment(7));
+    server.show(update(7));
     let mut page = String::new();
     stream.read_to_string(&mut page).unwrap();
     assert!(page.starts_with("HTTP/1.1 200 OK\r\n"));

@@ -1,6 +1,6 @@
 //! JSON lines, each seed's in its own file, also when seeds run side by side.
 //!
-//! The `run` span of a seed carries the number of its [`SeedLog`] in the field `log`. Everything below that span
+//! The `run` span of a seed is given the number of its [`SeedLog`] in the field `log`, as soon as the file is open. Everything below that span
 //! goes to that file, whichever thread it happens on; everything outside such a span goes nowhere. A line is
 //! written when an event happens and when a span closes:
 //! `{"time":…,"level":…,"name":"spectrum_refresh","step":…,"nodes":…,…,"elapsed_ms":…}`.
@@ -117,6 +117,14 @@ pub(super) struct EventLogLayer {
     shared: Arc<Shared>,
 }
 
+impl EventLogLayer {
+    /// The file that the field `log` names, which is then left out.
+    fn take_sink(&self, fields: &mut Fields) -> Option<Sink> {
+        let number = fields.0.shift_remove("log")?.as_u64()?;
+        locked(&self.shared.open).get(&number).cloned()
+    }
+}
+
 /// What a span remembers until it closes.
 struct OpenSpan {
     fields: Map<String, Value>,
@@ -129,17 +137,10 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for EventLogLayer {
         let Some(span) = ctx.span(id) else { return };
         let mut fields = Fields::default();
         attributes.record(&mut fields);
-        let own = fields
-            .0
-            .shift_remove("log")
-            .and_then(|number| number.as_u64());
-        let sink = match own {
-            Some(number) => locked(&self.shared.open).get(&number).cloned(),
-            None => span.parent().and_then(|parent| {
-                let extensions = parent.extensions();
-                extensions.get::<OpenSpan>().and_then(|p| p.sink.clone())
-            }),
-        };
+        let sink = span.parent().and_then(|parent| {
+            let extensions = parent.extensions();
+            extensions.get::<OpenSpan>().and_then(|p| p.sink.clone())
+        });
         span.extensions_mut().insert(OpenSpan {
             fields: fields.0,
             begun: Instant::now(),
@@ -152,6 +153,9 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for EventLogLayer {
         if let Some(open) = span.extensions_mut().get_mut::<OpenSpan>() {
             let mut fields = Fields(std::mem::take(&mut open.fields));
             values.record(&mut fields);
+            if let Some(own) = self.take_sink(&mut fields) {
+                open.sink = Some(own);
+            }
             open.fields = fields.0;
         }
     }
@@ -267,7 +271,8 @@ mod tests {
             let paths = [0, 1].map(|i| folder.path().join(format!("{i}.jsonl")));
             let logs = paths.clone().map(|path| log.open(&path).unwrap());
             for (seed, seed_log) in logs.iter().enumerate() {
-                let run = info_span!("run", seed, log = seed_log.number());
+                let run = info_span!("run", seed, log = tracing::field::Empty);
+                run.record("log", seed_log.number());
                 let _in_run = run.enter();
                 let refresh = debug_span!("spectrum_refresh", nodes = tracing::field::Empty);
                 refresh.in_scope(|| info!(step = 7 + seed, "first_goal"));

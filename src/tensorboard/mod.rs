@@ -14,14 +14,17 @@
 //! write_event(&mut file, 0.5, 12, &now);
 //! ```
 //!
-//! TensorBoard takes any file with `.tfevents.` in its name.
+//! TensorBoard takes any file with `.tfevents.` in its name. [`TensorBoardWriter`] writes that of a run.
 
 mod histogram;
+mod map_png;
 mod protobuf;
 pub mod record;
 mod summary;
+mod writer;
 
 pub use summary::{Png, Summary};
+pub use writer::TensorBoardWriter;
 
 use protobuf::Message;
 

@@ -866,7 +866,8 @@ mod tracks {
                 "λ_{j} = {value}, not {exact}"
             );
         }
-        let (shape, vectors) = eigentrail::runner::files::read_npy(&program.path("v.npy")).unwrap();
+        let (shape, vectors) =
+            eigentrail::archive::files::read_npy(&program.path("v.npy")).unwrap();
         assert_eq!(shape, [100, 5]);
         for (a, b) in (0..5).flat_map(|a| (0..5).map(move |b| (a, b))) {
             let dot: f64 = vectors.chunks(5).map(|row| row[a] * row[b]).sum();

@@ -1,10 +1,10 @@
 //! The pages of runs, comparisons and figures; tests/outside opens them in a browser.
 
 use crate::runs::{comparison_page, eigentrail, figures, run_page};
-use eigentrail::report::{
-    EpisodeRow, RecordedRun, RecordedSeed, SeedResult, SeedTiming, Summary, html_report,
+use eigentrail::archive::{
+    EpisodeRow, PolicyRow, RecordedRun, RecordedSeed, SeedResult, SeedTiming, Snapshot, Summary,
 };
-use eigentrail::runner::{PolicyRow, Snapshot};
+use eigentrail::report::html_report;
 use eigentrail::scenario::Scenario;
 use std::path::Path;
 
@@ -120,11 +120,12 @@ fn pages_of_large_worlds_and_long_runs_stay_small_and_say_so() {
     };
     let episode = |i: u64| EpisodeRow {
         episodes: 1,
+        episode: i,
         step: 601 * (i + 1),
         length: 598 + i % 7,
         plain_return: -((598 + i % 7) as f64),
         shaped_return: 1.0 / (1 + i) as f64,
-        status: "terminated".to_owned(),
+        status: "terminated".into(),
         regret: i as f64 / 3.0,
         nodes: states,
         edges: 2 * states,

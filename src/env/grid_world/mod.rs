@@ -70,6 +70,11 @@ impl GridWorld {
         Ok(world)
     }
 
+    /// Draws slips and random starts from `rng` from now on.
+    pub fn reseed(&mut self, rng: ChaCha8Rng) {
+        self.rng = rng;
+    }
+
     /// Moves the goals: from the next episode on, these are the goals. An episode under way is abandoned.
     ///
     /// # Errors

@@ -74,6 +74,11 @@ impl TabularEnvironment {
         })
     }
 
+    /// Draws outcomes and starts from `rng` from now on.
+    pub fn reseed(&mut self, rng: ChaCha8Rng) {
+        self.rng = rng;
+    }
+
     /// The MDP behind it.
     pub fn mdp(&self) -> &TabularMdp {
         &self.mdp

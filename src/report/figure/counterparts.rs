@@ -4,8 +4,8 @@ use super::Drawing;
 use super::curves::Curve;
 use super::heat_map::Frame;
 use super::panel::places;
+use crate::archive::{RecordedRun, RecordedSeed};
 use crate::env::layouts::{Cell, Layout};
-use crate::report::recorded::{RecordedRun, RecordedSeed};
 use crate::scenario::World;
 use std::collections::HashMap;
 

@@ -1,8 +1,8 @@
 //! Curves with bands over two logarithmic axes.
 
 use super::{Anchor, Drawing};
+use crate::archive::{EpisodeRow, RecordedRun};
 use crate::report::band::Band;
-use crate::report::recorded::{EpisodeRow, RecordedRun};
 
 /// A mean over seeds, with its band, by episode.
 #[derive(Clone, Debug)]

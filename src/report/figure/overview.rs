@@ -3,11 +3,11 @@
 use super::curves::{Curve, LogChart};
 use super::heat_map::Frame;
 use super::{Anchor, Drawing};
+use crate::archive::Snapshot;
+use crate::archive::{RecordedRun, RecordedSeed};
 use crate::env::layouts::{Cell, Layout};
 use crate::report::grouped;
-use crate::report::recorded::{RecordedRun, RecordedSeed};
 use crate::report::terminal::whole;
-use crate::runner::Snapshot;
 use std::collections::HashMap;
 
 const WIDTH: f64 = 960.0;

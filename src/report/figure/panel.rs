@@ -3,9 +3,9 @@
 use super::curves::{Curve, LogChart};
 use super::heat_map::Frame;
 use super::{Anchor, Drawing};
+use crate::archive::RecordedSeed;
 use crate::env::layouts::{Cell, Layout};
 use crate::report::color::viridis;
-use crate::report::recorded::RecordedSeed;
 use crate::report::validity::cell;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;

@@ -3,10 +3,10 @@
 use super::PROGRAM;
 use super::data::{Arm, PageData, Phases, Versus, command, short_band};
 use super::sights::Sights;
+use crate::archive::{ArmSummary, ArmTiming, LearningCurve};
+use crate::archive::{RecordedArm, RecordedComparison};
 use crate::report::band::Band;
-use crate::report::comparison::{ArmSummary, ArmTiming, Course};
 use crate::report::comparison_table::{dash, final_cell, iqm, moments, ratio};
-use crate::report::recorded_comparison::{RecordedArm, RecordedComparison};
 use crate::report::terminal::grouped;
 use crate::report::validity::validity;
 use crate::scenario::{BASELINE, World};
@@ -59,12 +59,12 @@ fn of_arm(
         .first
         .as_ref()
         .map(|seed| Sights::new(seed, layout.as_ref()));
-    let courses: Vec<&Course> = arm.trials.iter().map(|trial| &trial.course).collect();
-    let points = courses.iter().map(|course| course.episodes.len()).min();
+    let curves: Vec<&LearningCurve> = arm.trials.iter().map(|trial| &trial.curve).collect();
+    let points = curves.iter().map(|curve| curve.episodes.len()).min();
     let points = points.unwrap_or(0);
-    let band = |curve: fn(&Course) -> &[f64]| {
-        let value = |seed: usize, i: usize| curve(courses[seed])[i];
-        short_band(Band::robust(courses.len(), points, value))
+    let band = |part: fn(&LearningCurve) -> &[f64]| {
+        let value = |seed: usize, i: usize| part(curves[seed])[i];
+        short_band(Band::robust(curves.len(), points, value))
     };
     Arm {
         name: arm.name.clone(),
@@ -72,11 +72,11 @@ fn of_arm(
         resolved: arm.resolved.clone(),
         seeds: recorded.numbers.seeds.clone(),
         facts: facts(recorded, summary, timing),
-        episodes: courses
+        episodes: curves
             .first()
             .map_or(Vec::new(), |c| c.episodes[..points].to_vec()),
-        length: band(|course| &course.length),
-        regret: band(|course| &course.regret),
+        length: band(|curve| &curve.length),
+        regret: band(|curve| &curve.regret),
         plain: None,
         shaped: None,
         versus: Some(Versus {

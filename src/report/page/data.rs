@@ -1,8 +1,8 @@
 //! What the page's script draws, as plain values.
 
 use super::sights::{Sights, short};
+use crate::archive::{MedianInterval, ProbabilityInterval};
 use crate::report::band::Band;
-use crate::report::comparison::{MedianInterval, ProbabilityInterval};
 use crate::report::terminal::whole;
 use crate::report::validity::Check;
 use serde::Serialize;

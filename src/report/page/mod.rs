@@ -9,8 +9,8 @@ mod packed;
 mod run;
 mod sights;
 
-use super::recorded::RecordedRun;
-use super::recorded_comparison::RecordedComparison;
+use crate::archive::RecordedComparison;
+use crate::archive::RecordedRun;
 use data::PageData;
 
 const PROGRAM: &str = concat!("eigentrail ", env!("CARGO_PKG_VERSION"));

@@ -3,12 +3,12 @@
 use super::data::{Arm, Effort, PageData, Phases, command, short_band, tenths, with_interval};
 use super::sights::{Sights, short};
 use super::{MAX_POINTS, PROGRAM};
+use crate::archive::{EpisodeRow, RecordedRun, RecordedSeed, SeedResult};
 use crate::report::band::{Band, interval};
-use crate::report::blocks::blocks;
-use crate::report::recorded::{EpisodeRow, RecordedRun, RecordedSeed};
 use crate::report::terminal::{amount, counts_steps, grouped};
 use crate::report::validity::validity;
 use crate::scenario::World;
+use crate::statistics::blocks;
 use std::ops::Range;
 
 /// The page about `runs`.
@@ -85,7 +85,7 @@ fn rows_of(ends: &[usize], block: &Range<usize>) -> Range<usize> {
 
 /// What came of a run, in a sentence.
 fn headline(run: &RecordedRun) -> String {
-    let last = |value: fn(&crate::report::SeedResult) -> f64| {
+    let last = |value: fn(&SeedResult) -> f64| {
         let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
         interval(&values).0
     };
@@ -113,16 +113,13 @@ fn headline(run: &RecordedRun) -> String {
 }
 
 /// Mean and interval over seeds; none if an earlier version, which did not note it, ran one of them.
-fn over_known(
-    run: &RecordedRun,
-    value: fn(&crate::report::SeedResult) -> Option<f64>,
-) -> Option<(f64, f64, f64)> {
+fn over_known(run: &RecordedRun, value: fn(&SeedResult) -> Option<f64>) -> Option<(f64, f64, f64)> {
     let values: Option<Vec<f64>> = run.summary.seeds.iter().map(value).collect();
     Some(interval(&values?))
 }
 
 fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
-    let over = |value: fn(&crate::report::SeedResult) -> f64| {
+    let over = |value: fn(&SeedResult) -> f64| {
         let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
         with_interval(interval(&values))
     };

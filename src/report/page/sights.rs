@@ -5,10 +5,10 @@
 //! few of them.
 
 use super::packed::Packed;
+use crate::archive::RecordedSeed;
+use crate::archive::Snapshot;
 use crate::env::layouts::{Layout, Tile};
-use crate::report::recorded::RecordedSeed;
 use crate::report::validity::cell;
-use crate::runner::Snapshot;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 

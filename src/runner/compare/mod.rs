@@ -16,26 +16,25 @@
 //! each file carries a hash of it. So an interrupted comparison goes on where it was, and arms and seeds can be added.
 
 mod summarise;
-mod tables;
 mod trials;
 mod tuning;
 
-pub use tables::Compared;
-pub use trials::Trial;
-
 use super::error::RunnerError;
 use super::estimate::require_memory;
-use super::folder::{Existing, FolderKind, RunFolder};
-use crate::error::Error;
-use crate::report::{Comparison, Tuning};
+use super::optimal_returns::OptimalReturns;
+use crate::archive::{
+    Compared, Comparison, Existing, FolderKind, RunFolder, TrialRecord, TrialsByArm, Tuning,
+    begin_comparison, names, write_comparison,
+};
 use crate::scenario::{Arm, BASELINE, Choices, Loaded};
+use crate::time_stamp;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use summarise::{regret_interval, summarise, timing};
-use trials::ByArm;
 use tuning::tuning_trials;
 
-/// What to compare, and where to write it.
+/// Request for a comparison: what to compare, and where to write it.
 #[derive(Clone, Debug)]
 pub struct CompareRequest {
     /// The scenario file, for messages and relative paths.
@@ -56,18 +55,18 @@ pub struct CompareRequest {
     pub arguments: Vec<String>,
 }
 
-/// Who watches a comparison, and may stop it.
+/// Observer of a comparison, and the flag that stops it.
 #[derive(Clone, Copy)]
 pub struct CompareWatch<'a> {
     /// Set from anywhere: trials under way are given up, no new ones begin.
     pub stop: &'a AtomicBool,
     /// Told of each trial as it ends: the arm's name and what came of it.
-    pub on_trial: &'a (dyn Fn(&str, &Trial) + Sync),
+    pub on_trial: &'a (dyn Fn(&str, &TrialRecord) + Sync),
 }
 
-/// What came of a comparison.
+/// Numbers of a comparison, and its folder.
 #[derive(Clone, Debug)]
-pub struct CompareReport {
+pub struct CompareOutcome {
     /// Its numbers; none if it was stopped before every trial had ended.
     pub comparison: Option<Comparison>,
     /// Its folder; nobody else writes there while this is kept.
@@ -96,7 +95,7 @@ pub fn compare(
     loaded: &Loaded,
     request: &CompareRequest,
     watch: CompareWatch<'_>,
-) -> Result<CompareReport, Error> {
+) -> Result<CompareOutcome, RunnerError> {
     assert!(!request.seeds.is_empty() && !request.arms.is_empty());
     let lay = |name: &str| lay_arm(name, request, loaded);
     let arms = request.arms.iter().map(|name| lay(name));
@@ -104,9 +103,7 @@ pub fn compare(
     let sparse = lay(BASELINE)?;
     let at_once = rayon::current_num_threads().min(request.num_trials());
     for arm in arms.iter().chain([&sparse]) {
-        if let Ok(world) = arm.scenario.world(request.seeds[0]) {
-            require_memory(&arm.scenario, &world, at_once)?;
-        }
+        require_memory(&arm.scenario, loaded.worlds.first(), at_once)?;
     }
     let kind = FolderKind::Comparison;
     let folder = RunFolder::open_kind(kind, request.out.as_deref(), loaded, request.existing)?;
@@ -115,19 +112,20 @@ pub fn compare(
         request,
         watch,
         folder: folder.path(),
+        optimal: OnceLock::new(),
     };
-    field.begin(&arms)?;
+    begin_comparison(folder.path(), &field.compared(&arms), &loaded.text)?;
     let comparison = field.run(arms, sparse)?;
     if let Some((comparison, trials)) = &comparison {
-        field.write(comparison, trials)?;
+        write_comparison(folder.path(), comparison, trials)?;
     }
-    Ok(CompareReport {
+    Ok(CompareOutcome {
         comparison: comparison.map(|(comparison, _)| comparison),
         folder,
     })
 }
 
-fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm, Error> {
+fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm, RunnerError> {
     let scenario = &loaded.scenario;
     let laid = scenario.lay_arm(name, &request.path, &loaded.text, &request.sets)?;
     let unknown = || {
@@ -146,11 +144,33 @@ struct Field<'a> {
     request: &'a CompareRequest,
     watch: CompareWatch<'a>,
     folder: &'a Path,
+    /// Worked out by the first trial that is run: no seed and no arm has a part in it.
+    optimal: OnceLock<OptimalReturns>,
 }
 
 impl Field<'_> {
+    /// What is compared.
+    fn compared(&self, arms: &[Arm]) -> Compared {
+        Compared {
+            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scenario: self.loaded.scenario.name.clone(),
+            arguments: self.request.arguments.clone(),
+            seeds: self.request.seeds.clone(),
+            tuned: self.request.tuned,
+            arms: arms
+                .iter()
+                .map(|arm| (arm.name.clone(), arm.settings.clone()))
+                .collect(),
+            started: time_stamp::now(),
+        }
+    }
+
     /// Runs everything; none if it was stopped.
-    fn run(&self, arms: Vec<Arm>, sparse: Arm) -> Result<Option<(Comparison, ByArm)>, Error> {
+    fn run(
+        &self,
+        arms: Vec<Arm>,
+        sparse: Arm,
+    ) -> Result<Option<(Comparison, TrialsByArm)>, RunnerError> {
         let seeds = &self.request.seeds;
         let tuned = match self.request.tuned {
             true => match self.tune(&sparse)? {
@@ -163,7 +183,7 @@ impl Field<'_> {
         let mut all: Vec<&Arm> = vec![&sparse];
         all.extend(tuned.as_ref().map(|tuned| &tuned.arm));
         all.extend(arms.iter().filter(|arm| arm.name != BASELINE));
-        let Some(trials) = self.trials(&self.folder.join("arms"), &all, seeds)? else {
+        let Some(trials) = self.trials(&self.folder.join(names::ARMS_FOLDER), &all, seeds)? else {
             return Ok(None);
         };
         let of = |name: &str| {

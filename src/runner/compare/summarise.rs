@@ -1,11 +1,10 @@
 //! From the trials of a comparison to its numbers.
 
-use super::Trial;
-use crate::report::{
-    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialResult,
-    TrialTiming,
+use crate::archive::{
+    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialRecord,
+    TrialResult, TrialTiming,
 };
-use crate::runner::statistics::{
+use crate::statistics::{
     Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
 };
 
@@ -13,11 +12,11 @@ use crate::runner::statistics::{
 /// seeds in the same order; `trials` must not be empty.
 pub fn summarise(
     name: &str,
-    trials: &[Trial],
-    sparse: &[Trial],
-    tuned: Option<&[Trial]>,
+    trials: &[TrialRecord],
+    sparse: &[TrialRecord],
+    tuned: Option<&[TrialRecord]>,
 ) -> ArmSummary {
-    let moments = |part: &dyn Fn(&Trial) -> Option<u64>| {
+    let moments = |part: &dyn Fn(&TrialRecord) -> Option<u64>| {
         let reached: Vec<Option<u64>> = trials.iter().map(part).collect();
         median_moment(&reached)
     };
@@ -42,7 +41,7 @@ pub fn summarise(
 }
 
 /// Interquartile mean of the regret.
-pub fn regret_interval(trials: &[Trial]) -> IqmInterval {
+pub fn regret_interval(trials: &[TrialRecord]) -> IqmInterval {
     let Interval { value, low, high } =
         Bootstrap::default().interval(&regrets(trials), interquartile_mean);
     IqmInterval {
@@ -53,16 +52,10 @@ pub fn regret_interval(trials: &[Trial]) -> IqmInterval {
 }
 
 /// Median of regret ÷ regret of `base` with the same seed; seeds where `base` has no regret do not count.
-pub fn ratio_interval(trials: &[Trial], base: &[Trial]) -> MedianInterval {
+pub fn ratio_interval(trials: &[TrialRecord], base: &[TrialRecord]) -> MedianInterval {
     let pairs = trials.iter().zip(base);
-    let ratios = pairs.filter_map(|(trial, base)| regret_ratio(&trial.result, &base.result));
+    let ratios = pairs.filter_map(|(trial, base)| trial.result.regret_ratio(&base.result));
     median_interval(&ratios.collect::<Vec<_>>())
-}
-
-/// Regret ÷ regret of `base`; none where `base` has none, or so little that the ratio is no number.
-pub fn regret_ratio(result: &TrialResult, base: &TrialResult) -> Option<f64> {
-    let ratio = result.regret / base.regret;
-    (base.regret > 0.0 && ratio.is_finite()).then_some(ratio)
 }
 
 /// The median of what may be nothing.
@@ -83,7 +76,7 @@ fn median_interval(sample: &[f64]) -> MedianInterval {
 }
 
 /// The two arms are two strata.
-fn improvement(trials: &[Trial], sparse: &[Trial]) -> ProbabilityInterval {
+fn improvement(trials: &[TrialRecord], sparse: &[TrialRecord]) -> ProbabilityInterval {
     let (ours, theirs) = (regrets(trials), regrets(sparse));
     let Interval { value, low, high } = Bootstrap::default().stratified(&[&ours, &theirs], |s| {
         probability_of_improvement(&s[0], &s[1])
@@ -91,7 +84,7 @@ fn improvement(trials: &[Trial], sparse: &[Trial]) -> ProbabilityInterval {
     ProbabilityInterval { value, low, high }
 }
 
-fn regrets(trials: &[Trial]) -> Vec<f64> {
+fn regrets(trials: &[TrialRecord]) -> Vec<f64> {
     trials.iter().map(|t| t.result.regret).collect()
 }
 
@@ -108,7 +101,7 @@ fn median_moment(moments: &[Option<u64>]) -> Moments {
 }
 
 /// Medians of each part of the time.
-pub fn timing(name: &str, trials: &[Trial]) -> ArmTiming {
+pub fn timing(name: &str, trials: &[TrialRecord]) -> ArmTiming {
     let part = |part: fn(&TrialTiming) -> f64| {
         median(&trials.iter().map(|t| part(&t.timing)).collect::<Vec<_>>())
     };

@@ -1,60 +1,22 @@
 //! Arms × seeds: each pair is run once and its numbers kept in a file of its own.
+//!
+//! Nothing is logged by the step, so that the long runs of weak arms go at the speed of the loop. One seed of each arm
+//! leaves, at its end, what its page needs to draw φ, the eigenvectors and the policy.
 
 use super::Field;
-use crate::error::Error;
-use crate::report::{Course, TrialResult, TrialTiming};
-use crate::runner::crew::do_all;
+use crate::archive::{
+    ArchiveError, SeedResult, TrialRecord, TrialResult, TrialsByArm, begin_arm, scenario_hash,
+    seed_folder_name, trial_file_name,
+};
 use crate::runner::error::RunnerError;
-use crate::runner::files::{write_json, write_text};
-use crate::runner::folder::seed_folder_name;
-use crate::runner::trial::{TrialOutcome, run_trial};
+use crate::runner::observer::Observers;
+use crate::runner::optimal_returns::OptimalReturns;
+use crate::runner::parallel_map::parallel_map;
+use crate::runner::seed_writer::SightsWriter;
+use crate::runner::trial::{self, Trial};
 use crate::scenario::Arm;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::sync::atomic::Ordering;
-
-/// One seed of one arm.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trial {
-    /// Hash of the arm's resolved scenario and the program's version.
-    pub hash: String,
-    /// What came of it.
-    pub result: TrialResult,
-    /// How it went.
-    pub course: Course,
-    /// What the clock said.
-    pub timing: TrialTiming,
-}
-
-impl Trial {
-    /// Checks that its course has three numbers for each block of episodes, the last of which ends with the last one.
-    ///
-    /// # Errors
-    /// The field that was cut short.
-    pub fn check(&self) -> Result<(), String> {
-        let course = &self.course;
-        let blocks = course.episodes.len();
-        for (field, values) in [("length", &course.length), ("regret", &course.regret)] {
-            if values.len() != blocks {
-                return Err(format!(
-                    "`course.{field}` has {} entries and `course.episodes` {blocks}: the file is damaged",
-                    values.len()
-                ));
-            }
-        }
-        let last = course.episodes.last().copied().unwrap_or(0);
-        if last == self.result.episodes {
-            return Ok(());
-        }
-        Err(format!(
-            "`course.episodes` ends with episode {last} of {}: the file is damaged",
-            self.result.episodes
-        ))
-    }
-}
-
-/// Trials of each arm, in the order of the seeds.
-pub(super) type ByArm = Vec<(String, Vec<Trial>)>;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 impl Field<'_> {
     /// Arms × seeds below `folder`, those found there not run again; none if stopped.
@@ -63,19 +25,24 @@ impl Field<'_> {
         folder: &Path,
         arms: &[&Arm],
         seeds: &[u64],
-    ) -> Result<Option<ByArm>, Error> {
-        let hashes = arms
+    ) -> Result<Option<TrialsByArm>, RunnerError> {
+        let begin = |arm: &&Arm| {
+            let resolved = arm.scenario.to_toml();
+            begin_arm(&folder.join(&arm.name), &resolved)?;
+            Ok(scenario_hash(&resolved))
+        };
+        let hashes: Vec<String> = arms
             .iter()
-            .map(|arm| begin_arm(&folder.join(&arm.name), arm))
-            .collect::<Result<Vec<String>, _>>()?;
+            .map(begin)
+            .collect::<Result<_, ArchiveError>>()?;
         let jobs: Vec<(usize, u64)> = (0..arms.len())
             .flat_map(|arm| seeds.iter().map(move |&seed| (arm, seed)))
             .collect();
-        let done = do_all(&jobs, |&(arm, seed)| {
+        let done = parallel_map(&jobs, |&(arm, seed)| {
             let (arm, hash) = (arms[arm], &hashes[arm]);
             self.trial(&folder.join(&arm.name), arm, hash, seed)
         })?;
-        let Some(done) = done.into_iter().collect::<Option<Vec<Trial>>>() else {
+        let Some(done) = done.into_iter().collect::<Option<Vec<TrialRecord>>>() else {
             return Ok(None);
         };
         let by_arm = arms.iter().zip(done.chunks(seeds.len()));
@@ -89,62 +56,177 @@ impl Field<'_> {
         arm: &Arm,
         hash: &str,
         seed: u64,
-    ) -> Result<Option<Trial>, Error> {
-        let path = folder.join(seed_folder_name(seed) + ".json");
-        if let Some(trial) = finished(&path, hash) {
+    ) -> Result<Option<TrialRecord>, RunnerError> {
+        let path = folder.join(trial_file_name(seed));
+        if let Some(trial) = TrialRecord::finished(&path, hash) {
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
         }
         if self.watch.stop.load(Ordering::Relaxed) {
-            return Ok(None); // before the world is made, which may take its time
+            return Ok(None); // before the optimum is worked out, which may take its time
         }
         let first = seed == self.request.seeds[0];
         let keep = first.then(|| folder.join(seed_folder_name(seed)));
-        let outcome = run_trial(&arm.scenario, seed, keep.as_deref(), self.watch.stop)?;
-        let Some(TrialOutcome {
-            result,
-            course,
-            timing,
-        }) = outcome
-        else {
+        let worlds = &self.loaded.worlds;
+        let optimal = *self.optimal.get_or_init(|| OptimalReturns::of(worlds));
+        let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed)?;
+        let Some(trial) = record(&mut *trial, hash, keep.as_deref(), self.watch.stop)? else {
             return Ok(None);
         };
-        let trial = Trial {
-            hash: hash.to_owned(),
-            result,
-            course,
-            timing,
-        };
-        write_json(&path, &trial).map_err(RunnerError::write(&path))?;
+        trial.write(&path)?;
         (self.watch.on_trial)(&arm.name, &trial);
         Ok(Some(trial))
     }
 }
 
-/// The folder of an arm with its resolved scenario; returns the hash that its trials carry.
-fn begin_arm(folder: &Path, arm: &Arm) -> Result<String, RunnerError> {
-    std::fs::create_dir_all(folder).map_err(RunnerError::write(folder))?;
-    let resolved = arm.scenario.to_toml();
-    let path = folder.join("resolved.toml");
-    write_text(&path, &resolved).map_err(RunnerError::write(&path))?;
-    Ok(hash(&resolved))
+/// Plays every episode of a trial; none if `stop` was set before the last one ended. Snapshots, graph and policy are
+/// written into the folder `keep`, if there is one.
+fn record(
+    trial: &mut dyn Trial,
+    hash: &str,
+    keep: Option<&Path>,
+    stop: &AtomicBool,
+) -> Result<Option<TrialRecord>, RunnerError> {
+    let mut observers: Observers<'_> = Vec::new();
+    if let Some(folder) = keep {
+        observers.push(Box::new(SightsWriter::new(folder)));
+    }
+    trial::play(trial, stop, &mut observers)?;
+    if !trial.sums().is_complete() {
+        return Ok(None);
+    }
+    let timing = trial.sums().timing(trial.steps());
+    for observer in &mut observers {
+        observer.ended(trial)?;
+    }
+    Ok(Some(TrialRecord {
+        hash: hash.to_owned(),
+        result: result(trial)?,
+        curve: trial.sums().curve(),
+        timing,
+    }))
 }
 
-/// A finished trial of the same scenario. A file that cannot be read, or does not have all of it, is run again.
-fn finished(path: &Path, hash: &str) -> Option<Trial> {
-    let text = std::fs::read_to_string(path).ok()?;
-    let trial: Trial = serde_json::from_str(&text).ok()?;
-    (trial.hash == hash && trial.check().is_ok()).then_some(trial)
+/// The results of a trial that has ended.
+fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
+    let sums = trial.sums();
+    let best = sums.best();
+    let (final_return, final_steps) = (sums.final_return(), sums.final_steps());
+    let SeedResult {
+        seed,
+        episodes,
+        steps,
+        regret,
+        optimal_steps,
+        final_mean_steps,
+        goals_moved_after,
+        first_goal_step,
+        nodes,
+        edges,
+        spectrum_refreshes,
+        gcn_fits,
+        ..
+    } = trial.result();
+    Ok(TrialResult {
+        seed,
+        episodes,
+        steps,
+        regret,
+        optimal_steps,
+        final_mean_steps,
+        optimal_return: best.optimum.expected_return,
+        final_return,
+        final_ratio: best.ratio(final_return, final_steps),
+        goals_moved_after,
+        first_goal_step,
+        within_1_5x: sums.within_1_5x(),
+        within_1_1x: sums.within_1_1x(),
+        nodes,
+        edges,
+        spectrum_refreshes,
+        gcn_fits,
+        spurious_maxima: trial.spurious_maxima(),
+    })
 }
 
-/// FNV-1a of the program's version and a resolved scenario (Fowler, Noll & Vo), in hexadecimal digits: the same on
-/// every machine and with every compiler.
-fn hash(resolved: &str) -> String {
-    let version = env!("CARGO_PKG_VERSION").bytes();
-    let hash = version
-        .chain(resolved.bytes())
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-    format!("{hash:016x}")
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Loaded, Scenario};
+
+    fn run_trial(
+        loaded: &Loaded,
+        seed: u64,
+        keep: Option<&Path>,
+        stop: &AtomicBool,
+    ) -> Option<TrialRecord> {
+        let optimal = OptimalReturns::of(&loaded.worlds);
+        let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed).unwrap();
+        record(&mut *trial, "", keep, stop).unwrap()
+    }
+
+    #[test]
+    fn a_trial_agrees_with_the_world_and_stops_when_told() {
+        let text = "[env]\nrows = 4\ncols = 4\n[run]\nepisodes = 40\n";
+        let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]).unwrap();
+        let go_on = AtomicBool::new(false);
+        let folder = tempfile::tempdir().unwrap();
+        let TrialRecord {
+            result,
+            curve,
+            timing,
+            ..
+        } = run_trial(&loaded, 5, None, &go_on).unwrap();
+        assert_eq!(curve.episodes.last(), Some(&40));
+        assert_eq!(curve.regret.last(), Some(&result.regret));
+        assert_eq!(curve.length.iter().sum::<f64>(), result.steps as f64);
+        assert_eq!(result.optimal_steps, 6.0);
+        // −1 a step, 0 for the one that enters the goal: regret is exactly the steps beyond the shortest path.
+        assert_eq!(result.regret, result.steps as f64 - 40.0 * 6.0);
+        assert_eq!(result.spurious_maxima, Some(0));
+        assert!(result.first_goal_step.unwrap() >= 6);
+        assert!(timing.wall_seconds >= timing.spectrum_seconds + timing.fit_seconds);
+        let kept = run_trial(&loaded, 5, Some(folder.path()), &go_on);
+        assert_eq!(kept.unwrap().result, result);
+        assert!(folder.path().join("snapshots.json").is_file());
+        let stop = AtomicBool::new(true);
+        assert!(run_trial(&loaded, 5, None, &stop).is_none());
+    }
+
+    #[test]
+    fn a_richer_goal_is_found_behind_the_nearest() {
+        let trial = |seed: u64, more: &str| {
+            let sets = ["run.episodes=200", "shaping.potential=heat", more].map(str::to_owned);
+            let loaded = Scenario::load(Path::new("rewarded_goals"), &sets).unwrap();
+            let trial = run_trial(&loaded, seed, None, &AtomicBool::new(false));
+            trial.unwrap().result
+        };
+        for seed in 0..3 {
+            let settled = trial(seed, "exploration.reward_search_share=0");
+            let found = trial(seed, "run.seed=0");
+            assert!(found.regret < 0.5 * settled.regret, "{found:?} {settled:?}");
+            let length = found.final_mean_steps;
+            assert!(length > 1.5 * settled.final_mean_steps, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_goal_that_moves_is_measured_by_its_present_place() {
+        let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\ngoals_move_after = 60\n[run]\nepisodes = 100\n";
+        let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]).unwrap();
+        let go_on = AtomicBool::new(false);
+        let result = run_trial(&loaded, 5, None, &go_on).unwrap().result;
+        assert_eq!(result.goals_moved_after, Some(60));
+        assert_eq!(result.optimal_steps, 4.0);
+        assert_eq!(
+            result.regret,
+            result.steps as f64 - (60.0 * 7.0 + 40.0 * 4.0)
+        );
+        let first = result
+            .within_1_5x
+            .expect("a field of 20 cells is soon known");
+        assert!(first.episodes >= 20 && first.episodes <= 40, "{first:?}");
+        assert!(first.steps < result.steps - 60 * 7, "{first:?}");
+        assert!(result.final_mean_steps < 1.5 * 4.0, "{result:?}");
+    }
 }

@@ -3,11 +3,11 @@
 //! Every arm of a comparison shares its step sizes with the sparse one. They may suit the others better, so the ratio
 //! is also given to a sparse arm that had its own chosen from a small grid, on seeds that the comparison does not use.
 
-use super::{Field, Trial};
-use crate::error::Error;
-use crate::report::TuningEntry;
-use crate::runner::statistics::interquartile_mean;
+use super::Field;
+use crate::archive::{TrialRecord, TuningEntry, names};
+use crate::runner::error::RunnerError;
 use crate::scenario::{Arm, BASELINE, Scenario};
+use crate::statistics::interquartile_mean;
 use std::path::Path;
 
 /// Step sizes of the critic that are tried; the default is in the middle.
@@ -49,8 +49,8 @@ impl StepSizes {
         ]
     }
 
-    /// What came of it.
-    pub fn entry(self, trials: &[Trial]) -> TuningEntry {
+    /// Regret of these trials with it.
+    pub fn entry(self, trials: &[TrialRecord]) -> TuningEntry {
         let regrets: Vec<f64> = trials.iter().map(|t| t.result.regret).collect();
         TuningEntry {
             critic_learning_rate: self.critic,
@@ -75,7 +75,7 @@ pub fn tuning_trials() -> usize {
 
 /// Where the trials of tuning are kept below the folder of a comparison.
 pub fn tuning_folder(folder: &Path) -> std::path::PathBuf {
-    folder.join("tuning")
+    folder.join(names::TUNING_FOLDER)
 }
 
 /// The tuned sparse arm.
@@ -88,7 +88,7 @@ pub(super) struct Tuned {
 
 impl Field<'_> {
     /// Tries the grid of step sizes; none if stopped.
-    pub(super) fn tune(&self, sparse: &Arm) -> Result<Option<Tuned>, Error> {
+    pub(super) fn tune(&self, sparse: &Arm) -> Result<Option<Tuned>, RunnerError> {
         let seeds = tuning_seeds(&self.request.seeds);
         let sizes: Vec<StepSizes> = StepSizes::grid().collect();
         let lay = |sizes: &StepSizes| {

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::Builder;
 
-/// Does `work` on every job, as many at a time as rayon has threads; results in the order of the jobs. After the first
+/// Results of `work` on every job, as many at a time as rayon has threads; in the order of the jobs. After the first
 /// failure no further job is begun, and of the failures there are the one that comes first in the list is returned.
 /// Where the system refuses threads, those that there are do all of it.
 ///
@@ -18,7 +18,7 @@ use std::thread::Builder;
 ///
 /// # Panics
 /// If a job panics.
-pub fn do_all<J: Sync, T: Send, E: Send>(
+pub fn parallel_map<J: Sync, T: Send, E: Send>(
     jobs: &[J],
     work: impl Fn(&J) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
@@ -61,12 +61,12 @@ mod tests {
     #[test]
     fn results_keep_the_order_of_the_jobs() {
         let jobs: Vec<u64> = (0..100).collect();
-        let squares: Result<Vec<u64>, ()> = do_all(&jobs, |&x| Ok(x * x));
+        let squares: Result<Vec<u64>, ()> = parallel_map(&jobs, |&x| Ok(x * x));
         assert_eq!(
             squares.unwrap(),
             jobs.iter().map(|x| x * x).collect::<Vec<_>>()
         );
-        let none: Result<Vec<u64>, ()> = do_all(&[], |&x: &u64| Ok(x));
+        let none: Result<Vec<u64>, ()> = parallel_map(&[], |&x: &u64| Ok(x));
         assert!(none.unwrap().is_empty());
     }
 
@@ -74,7 +74,7 @@ mod tests {
     fn a_failure_ends_it() {
         let begun = AtomicUsize::new(0);
         let jobs: Vec<u64> = (0..10_000).collect();
-        let result = do_all(&jobs, |&x| {
+        let result = parallel_map(&jobs, |&x| {
             begun.fetch_add(1, Ordering::Relaxed);
             if x == 3 { Err(x) } else { Ok(x) }
         });
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn inner_parallelism_stays_in_its_job() {
-        let threads = do_all(&[1, 2], |_| Ok::<_, ()>(rayon::current_num_threads()));
+        let threads = parallel_map(&[1, 2], |_| Ok::<_, ()>(rayon::current_num_threads()));
         assert_eq!(threads.unwrap(), [1, 1]);
     }
 }

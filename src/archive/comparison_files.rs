@@ -1,60 +1,18 @@
 //! What a comparison leaves on disk: what was compared, the numbers, and a row for each trial.
 
-use super::Field;
-use super::summarise::regret_ratio;
-use super::trials::ByArm;
-use crate::report::{Comparison, TrialResult, TrialTiming};
-use crate::runner::error::RunnerError;
-use crate::runner::files::{write_csv, write_json, write_text};
-use crate::scenario::{Arm, BASELINE};
+use super::comparison::{Comparison, TrialResult, TrialTiming};
+use super::error::ArchiveError;
+use super::files::{write_csv, write_json, write_text};
+use super::names;
+use super::trial_record::TrialRecord;
+use crate::scenario::BASELINE;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
-impl Field<'_> {
-    /// Writes what is compared.
-    pub(super) fn begin(&self, arms: &[Arm]) -> Result<(), RunnerError> {
-        let path = self.folder.join("arms.json");
-        let about = Compared {
-            program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
-            scenario: self.loaded.scenario.name.clone(),
-            arguments: self.request.arguments.clone(),
-            seeds: self.request.seeds.clone(),
-            tuned: self.request.tuned,
-            arms: arms
-                .iter()
-                .map(|arm| (arm.name.clone(), arm.settings.clone()))
-                .collect(),
-            started: crate::time_stamp::now(),
-        };
-        write_json(&path, &about).map_err(RunnerError::write(&path))?;
-        let path = self.folder.join("scenario.toml");
-        write_text(&path, &self.loaded.text).map_err(RunnerError::write(&path))
-    }
+/// Trials of each arm, by its name and in the order of the seeds.
+pub type TrialsByArm = Vec<(String, Vec<TrialRecord>)>;
 
-    /// Writes the numbers and the tables behind them.
-    pub(super) fn write(&self, comparison: &Comparison, trials: &ByArm) -> Result<(), RunnerError> {
-        let path = self.folder.join("compare.json");
-        write_json(&path, comparison).map_err(RunnerError::write(&path))?;
-        let sparse = trials.iter().find(|(arm, _)| arm == BASELINE);
-        let sparse = sparse.map_or(&[][..], |(_, trials)| trials);
-        let rows = trials.iter().flat_map(|(arm, trials)| {
-            trials
-                .iter()
-                .zip(sparse)
-                .map(|(trial, sparse)| Row::new(arm, &trial.result, &sparse.result))
-        });
-        let path = self.folder.join("compare.csv");
-        write_csv(&path, rows).map_err(RunnerError::write(&path))?;
-        let times = trials.iter().flat_map(|(arm, trials)| {
-            trials
-                .iter()
-                .map(|trial| TimingRow::new(arm, trial.result.seed, &trial.timing))
-        });
-        let path = self.folder.join("timings.csv");
-        write_csv(&path, times).map_err(RunnerError::write(&path))
-    }
-}
-
-/// `arms.json`: what is compared, and who asked for it when.
+/// Contents of `arms.json`: what is compared, and who asked for it when.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
     /// Program and version.
@@ -73,7 +31,62 @@ pub struct Compared {
     pub started: String,
 }
 
-/// A row of `compare.csv`.
+/// Writes what is compared, and the scenario as it was given.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn begin_comparison(
+    folder: &Path,
+    compared: &Compared,
+    scenario: &str,
+) -> Result<(), ArchiveError> {
+    let path = folder.join(names::ARMS);
+    write_json(&path, compared).map_err(ArchiveError::write(&path))?;
+    let path = folder.join(names::SCENARIO);
+    write_text(&path, scenario).map_err(ArchiveError::write(&path))
+}
+
+/// Makes the folder of an arm, with its resolved scenario.
+///
+/// # Errors
+/// If that is impossible.
+pub fn begin_arm(folder: &Path, resolved: &str) -> Result<(), ArchiveError> {
+    std::fs::create_dir_all(folder).map_err(ArchiveError::write(folder))?;
+    let path = folder.join(names::RESOLVED);
+    write_text(&path, resolved).map_err(ArchiveError::write(&path))
+}
+
+/// Writes the numbers and the tables behind them.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_comparison(
+    folder: &Path,
+    comparison: &Comparison,
+    trials: &TrialsByArm,
+) -> Result<(), ArchiveError> {
+    let path = folder.join(names::COMPARISON);
+    write_json(&path, comparison).map_err(ArchiveError::write(&path))?;
+    let sparse = trials.iter().find(|(arm, _)| arm == BASELINE);
+    let sparse = sparse.map_or(&[][..], |(_, trials)| trials);
+    let rows = trials.iter().flat_map(|(arm, trials)| {
+        trials
+            .iter()
+            .zip(sparse)
+            .map(|(trial, sparse)| Row::new(arm, &trial.result, &sparse.result))
+    });
+    let path = folder.join(names::TRIALS);
+    write_csv(&path, rows).map_err(ArchiveError::write(&path))?;
+    let times = trials.iter().flat_map(|(arm, trials)| {
+        trials
+            .iter()
+            .map(|trial| TimingRow::new(arm, trial.result.seed, &trial.timing))
+    });
+    let path = folder.join(names::TIMINGS);
+    write_csv(&path, times).map_err(ArchiveError::write(&path))
+}
+
+/// Row of `compare.csv`.
 #[derive(Serialize)]
 struct Row<'a> {
     arm: &'a str,
@@ -107,7 +120,7 @@ impl<'a> Row<'a> {
             episodes: result.episodes,
             steps: result.steps,
             regret: result.regret,
-            ratio_to_sparse: regret_ratio(result, sparse),
+            ratio_to_sparse: result.regret_ratio(sparse),
             optimal_steps: result.optimal_steps,
             final_mean_steps: result.final_mean_steps,
             optimal_return: result.optimal_return,
@@ -127,7 +140,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// A row of `timings.csv`.
+/// Row of `timings.csv`.
 #[derive(Serialize)]
 struct TimingRow<'a> {
     arm: &'a str,

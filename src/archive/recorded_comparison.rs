@@ -1,14 +1,17 @@
 //! A comparison's folder read back.
 
 use super::comparison::Comparison;
-use super::recorded::{RecordedSeed, damaged, resolved_scenario};
-use crate::runner::files::read_json;
-use crate::runner::{Compared, RunnerError, Trial, seed_folder_name};
+use super::comparison_files::Compared;
+use super::error::ArchiveError;
+use super::files::read_json;
+use super::names::{self, seed_folder_name, trial_file_name};
+use super::recorded::{RecordedSeed, resolved_scenario};
+use super::trial_record::TrialRecord;
 use crate::scenario::Scenario;
 use std::fs;
 use std::path::Path;
 
-/// A comparison that has ended.
+/// Numbers and arms of a comparison that has ended.
 #[derive(Clone, Debug)]
 pub struct RecordedComparison {
     /// Its numbers.
@@ -19,7 +22,7 @@ pub struct RecordedComparison {
     pub arms: Vec<RecordedArm>,
 }
 
-/// One arm.
+/// Scenario and trials of one arm.
 #[derive(Clone, Debug)]
 pub struct RecordedArm {
     /// Its name.
@@ -29,7 +32,7 @@ pub struct RecordedArm {
     /// The text of it.
     pub resolved: String,
     /// In the order of the seeds.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<TrialRecord>,
     /// What the first seed saw; without episodes and refreshes.
     pub first: Option<RecordedSeed>,
 }
@@ -39,17 +42,23 @@ impl RecordedComparison {
     ///
     /// # Errors
     /// If it is none, has not ended, or a file does not say what it should.
-    pub fn read(folder: &Path) -> Result<Self, RunnerError> {
-        let path = folder.join("compare.json");
+    pub fn read(folder: &Path) -> Result<Self, ArchiveError> {
+        let path = folder.join(names::COMPARISON);
         if !path.is_file() {
-            return Err(damaged(folder, "this comparison has not ended yet"));
+            return Err(ArchiveError::damaged(
+                folder,
+                "this comparison has not ended yet",
+            ));
         }
-        let numbers: Comparison = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-        whole(&numbers).map_err(|rule| damaged(&path, &rule))?;
-        let path = folder.join("arms.json");
-        let about = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+        let numbers: Comparison =
+            read_json(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
+        whole(&numbers).map_err(|rule| ArchiveError::damaged(&path, rule))?;
+        let path = folder.join(names::ARMS);
+        let about = read_json(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
         let arms = (numbers.arms.iter())
-            .map(|arm| RecordedArm::read(&folder.join("arms"), &arm.name, &numbers.seeds))
+            .map(|arm| {
+                RecordedArm::read(&folder.join(names::ARMS_FOLDER), &arm.name, &numbers.seeds)
+            })
             .collect::<Result<_, _>>()?;
         Ok(Self {
             numbers,
@@ -76,17 +85,14 @@ fn whole(numbers: &Comparison) -> Result<(), String> {
 }
 
 impl RecordedArm {
-    fn read(arms: &Path, name: &str, seeds: &[u64]) -> Result<Self, RunnerError> {
+    fn read(arms: &Path, name: &str, seeds: &[u64]) -> Result<Self, ArchiveError> {
         let folder = arms.join(name);
-        let path = folder.join("resolved.toml");
-        let resolved = fs::read_to_string(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-        let scenario = resolved_scenario(&resolved).map_err(|rule| damaged(&path, &rule))?;
-        let trial = |&seed: &u64| {
-            let path = folder.join(seed_folder_name(seed) + ".json");
-            let trial: Trial = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-            trial.check().map_err(|rule| damaged(&path, &rule))?;
-            Ok(trial)
-        };
+        let path = folder.join(names::RESOLVED);
+        let resolved =
+            fs::read_to_string(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
+        let scenario =
+            resolved_scenario(&resolved).map_err(|rule| ArchiveError::damaged(&path, rule))?;
+        let trial = |&seed: &u64| TrialRecord::read(&folder.join(trial_file_name(seed)));
         let trials = seeds.iter().map(trial).collect::<Result<_, _>>()?;
         let first = seeds
             .first()

@@ -13,19 +13,19 @@
 //! ```
 
 use super::belongings::{Extent, clear};
-use super::error::RunnerError;
-use super::files::read_json;
+use super::error::ArchiveError;
+use super::folder_kind::FolderKind;
 use super::lock::{FolderLock, LOCK_FILE};
+use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
 use crate::scenario::Loaded;
 use crate::time_stamp;
-use serde_json::Value;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What to do with a folder that exists.
+/// Choice of what to do with a folder that exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse it.
@@ -37,46 +37,7 @@ pub enum Existing {
     Replace,
 }
 
-/// What a folder holds, told by the file that is written to it first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FolderKind {
-    /// Seeds of one scenario.
-    #[default]
-    Run,
-    /// Arms × seeds of one scenario, in `runs/NAME/TIME-compare`.
-    Comparison,
-}
-
-impl FolderKind {
-    /// The file that tells.
-    pub fn marker(self) -> &'static str {
-        match self {
-            FolderKind::Run => "run.json",
-            FolderKind::Comparison => "arms.json",
-        }
-    }
-
-    fn suffix(self) -> &'static str {
-        match self {
-            FolderKind::Run => "",
-            FolderKind::Comparison => "-compare",
-        }
-    }
-
-    /// Whether such a thing was written to `path`.
-    fn is_at(self, path: &Path) -> bool {
-        path.join(self.marker()).is_file()
-    }
-
-    /// Whether it was written by this program: others have files of such names, too.
-    fn is_ours_at(self, path: &Path) -> bool {
-        let about: io::Result<Value> = read_json(&path.join(self.marker()));
-        let program = about.as_ref().ok().and_then(|v| v["program"].as_str());
-        program.is_some_and(|name| name.starts_with("eigentrail "))
-    }
-}
-
-/// An existing, writable folder of a run, with the right to write to it.
+/// Existing, writable folder of a run or a comparison, with the right to write to it.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -94,7 +55,7 @@ impl RunFolder {
         out: Option<&Path>,
         loaded: &Loaded,
         existing: Existing,
-    ) -> Result<Self, RunnerError> {
+    ) -> Result<Self, ArchiveError> {
         Self::open_kind(FolderKind::Run, out, loaded, existing)
     }
 
@@ -107,7 +68,7 @@ impl RunFolder {
         out: Option<&Path>,
         loaded: &Loaded,
         existing: Existing,
-    ) -> Result<Self, RunnerError> {
+    ) -> Result<Self, ArchiveError> {
         let all = Path::new("runs").join(&loaded.scenario.name);
         let earlier = || match existing {
             Existing::Resume => newest(kind, &all),
@@ -120,7 +81,7 @@ impl RunFolder {
         };
         let lock = FolderLock::take(&path).map_err(not_writable(&path))?;
         let Some(lock) = lock else {
-            return Err(RunnerError::FolderInUse { path });
+            return Err(ArchiveError::FolderInUse { path });
         };
         let extent = match existing {
             Existing::Replace if kind.is_ours_at(&path) => Extent::Everything,
@@ -155,33 +116,18 @@ impl RunFolder {
     }
 }
 
-/// `seed-0007`.
-pub fn seed_folder_name(seed: u64) -> String {
-    format!("seed-{seed:04}")
-}
-
-/// Whether a run was written to `path`.
-pub fn is_run(path: &Path) -> bool {
-    FolderKind::Run.is_at(path)
-}
-
-/// Whether `path` holds a comparison, or began to.
-pub fn is_comparison(path: &Path) -> bool {
-    FolderKind::Comparison.is_at(path)
-}
-
-fn not_writable(path: &Path) -> impl Fn(io::Error) -> RunnerError {
-    move |source| RunnerError::OutputNotWritable {
+fn not_writable(path: &Path) -> impl Fn(io::Error) -> ArchiveError {
+    move |source| ArchiveError::OutputNotWritable {
         path: path.to_owned(),
         source,
     }
 }
 
 /// Makes a folder that was not there, whoever else tries the same.
-fn create(path: PathBuf) -> Result<PathBuf, RunnerError> {
+fn create(path: PathBuf) -> Result<PathBuf, ArchiveError> {
     let path: PathBuf = path.components().collect(); // `new/.` cannot be made, `new` can
     if path.symlink_metadata().is_ok() {
-        return Err(RunnerError::OutputExists { path });
+        return Err(ArchiveError::OutputExists { path });
     }
     if let Some(parent) = path.parent() {
         fs::create_dir_all(parent).map_err(not_writable(&path))?;
@@ -189,18 +135,18 @@ fn create(path: PathBuf) -> Result<PathBuf, RunnerError> {
     match fs::create_dir(&path) {
         Ok(()) => Ok(path),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            Err(RunnerError::OutputExists { path })
+            Err(ArchiveError::OutputExists { path })
         }
         Err(error) => Err(not_writable(&path)(error)),
     }
 }
 
 /// Makes `parent/stamp`, or with `-2`, `-3` … behind it while that exists: two runs may begin in one second.
-fn create_unused(parent: &Path, stamp: &str) -> Result<PathBuf, RunnerError> {
+fn create_unused(parent: &Path, stamp: &str) -> Result<PathBuf, ArchiveError> {
     let numbered = (2..).map(|number| format!("{stamp}-{number}"));
     for name in [stamp.to_owned()].into_iter().chain(numbered) {
         match create(parent.join(name)) {
-            Err(RunnerError::OutputExists { .. }) => {}
+            Err(ArchiveError::OutputExists { .. }) => {}
             made => return made,
         }
     }
@@ -208,11 +154,11 @@ fn create_unused(parent: &Path, stamp: &str) -> Result<PathBuf, RunnerError> {
 }
 
 /// The folder, made if it is not there; a run of ours may go on in it or begin anew.
-fn adopt(kind: FolderKind, path: PathBuf, text: &str) -> Result<PathBuf, RunnerError> {
+fn adopt(kind: FolderKind, path: PathBuf, text: &str) -> Result<PathBuf, ArchiveError> {
     let is_new = path.symlink_metadata().is_err();
     if !is_new && !kind.is_ours_at(&path) && !holds_only_a_start(&path, text) {
         let marker = kind.marker();
-        return Err(RunnerError::NotARunFolder { path, marker });
+        return Err(ArchiveError::NotARunFolder { path, marker });
     }
     fs::create_dir_all(&path).map_err(not_writable(&path))?;
     Ok(path)
@@ -226,9 +172,9 @@ fn holds_only_a_start(path: &Path, text: &str) -> bool {
     };
     let is_ours = |name: &str| match name {
         LOCK_FILE => true,
-        "resolved.toml" => path.join("scenario.toml").is_file(),
-        "scenario.toml" => {
-            path.join("resolved.toml").is_file()
+        names::RESOLVED => path.join(names::SCENARIO).is_file(),
+        names::SCENARIO => {
+            path.join(names::RESOLVED).is_file()
                 || fs::read(path.join(name)).is_ok_and(|there| there == text.as_bytes())
         }
         _ => is_temporary(name),
@@ -254,7 +200,7 @@ mod tests {
 
     const TEXT: &str = "name = \"x\"\n";
 
-    fn open(path: &Path, existing: Existing) -> Result<RunFolder, RunnerError> {
+    fn open(path: &Path, existing: Existing) -> Result<RunFolder, ArchiveError> {
         let loaded = Scenario::parse(Path::new("x.toml"), TEXT.to_owned(), &[]);
         RunFolder::open(Some(path), &loaded.unwrap(), existing)
     }
@@ -267,7 +213,7 @@ mod tests {
         fs::write(path.join("run.json"), r#"{"program": "eigentrail 0.1.0"}"#).unwrap();
         assert!(matches!(
             open(&path, Existing::Refuse),
-            Err(RunnerError::OutputExists { .. })
+            Err(ArchiveError::OutputExists { .. })
         ));
         assert!(open(&path, Existing::Resume).unwrap().is_resumed());
         fs::write(path.join("summary.json"), "{}").unwrap();
@@ -290,7 +236,7 @@ mod tests {
                 fs::write(folder.path().join(name), text).unwrap();
                 assert!(matches!(
                     open(folder.path(), existing),
-                    Err(RunnerError::NotARunFolder { .. })
+                    Err(ArchiveError::NotARunFolder { .. })
                 ));
                 let left = fs::read_to_string(folder.path().join(name));
                 assert_eq!(left.unwrap(), text);
@@ -331,7 +277,7 @@ mod tests {
         let first = open(&path, Existing::Refuse).unwrap();
         for existing in [Existing::Resume, Existing::Replace] {
             let error = open(&path, existing).unwrap_err();
-            assert!(matches!(error, RunnerError::FolderInUse { .. }));
+            assert!(matches!(error, ArchiveError::FolderInUse { .. }));
             assert!(error.is_bad_input());
         }
         drop(first);
@@ -343,7 +289,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         for existing in [Existing::Refuse, Existing::Resume, Existing::Replace] {
             let error = open(&file.path().join("run"), existing).unwrap_err();
-            assert!(matches!(error, RunnerError::OutputNotWritable { .. }));
+            assert!(matches!(error, ArchiveError::OutputNotWritable { .. }));
             assert!(error.is_bad_input());
         }
     }

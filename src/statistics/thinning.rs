@@ -1,9 +1,9 @@
 //! Which of a stream of unknown length to keep.
 
-/// Keeps every stride-th of a stream, from the first on, and doubles the stride after each `run` of them: of n there are
+/// Filter of a stream: keeps every stride-th of a stream, from the first on, and doubles the stride after each `run` of them: of n there are
 /// at most `run` · (1 + log₂(1 + n / run)) kept. Decides by numbers alone, so that equal runs keep the same.
 #[derive(Clone, Debug)]
-pub(super) struct Thinning {
+pub struct Thinning {
     run: u64,
     stride: u64,
     kept: u64,

@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The moment when returns had come near the optimum, counted from the last move of the goals.
+/// Moment when returns had come near the optimum, counted from the last move of the goals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Arrival {
+pub struct FirstWithin {
     /// Episodes run until then.
     pub episodes: u64,
     /// Environment steps taken until then.
     pub steps: u64,
 }
 
-/// What one seed of one arm came to. Equal runs have equal results, bit for bit.
+/// Results of one seed of one arm. Equal runs have equal results, bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialResult {
     /// Master seed.
@@ -41,9 +41,9 @@ pub struct TrialResult {
     pub first_goal_step: Option<u64>,
     /// When the mean return of the last 20 episodes was first within 1.5 times the optimum, at least R* − 0.5 |R*|, with
     /// the largest |reward| in place of |R*| where R* = 0; none if never.
-    pub within_1_5x: Option<Arrival>,
+    pub within_1_5x: Option<FirstWithin>,
     /// The same for 1.1 times, R* − 0.1 |R*|.
-    pub within_1_1x: Option<Arrival>,
+    pub within_1_1x: Option<FirstWithin>,
     /// States discovered.
     pub nodes: usize,
     /// Undirected edges discovered.
@@ -56,7 +56,15 @@ pub struct TrialResult {
     pub spurious_maxima: Option<usize>,
 }
 
-/// Where the time of one seed of one arm went.
+impl TrialResult {
+    /// Regret ÷ regret of `base`; none where `base` has none, or so little that the ratio is no number.
+    pub fn regret_ratio(&self, base: &Self) -> Option<f64> {
+        let ratio = self.regret / base.regret;
+        (base.regret > 0.0 && ratio.is_finite()).then_some(ratio)
+    }
+}
+
+/// Time that one seed of one arm took, by what took it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrialTiming {
     /// Seconds of all episodes.
@@ -80,9 +88,9 @@ impl TrialTiming {
     }
 }
 
-/// How one seed of one arm went, in blocks of episodes ([`blocks`](super::blocks)).
+/// Lengths and regret of one seed of one arm, in blocks of episodes ([`blocks`](crate::statistics::blocks)).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Course {
+pub struct LearningCurve {
     /// Number of the last episode of each block, from 1.
     pub episodes: Vec<usize>,
     /// Mean steps of its episodes.
@@ -91,7 +99,7 @@ pub struct Course {
     pub regret: Vec<f64>,
 }
 
-/// An interquartile mean and its 95 % bootstrap interval.
+/// Interquartile mean and its 95 % bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IqmInterval {
     /// Interquartile mean over seeds.
@@ -102,7 +110,7 @@ pub struct IqmInterval {
     pub high: f64,
 }
 
-/// A median and its 95 % bootstrap interval.
+/// Median and its 95 % bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MedianInterval {
     /// Median over seeds; none if it is not defined.
@@ -113,7 +121,7 @@ pub struct MedianInterval {
     pub high: Option<f64>,
 }
 
-/// A probability and its 95 % bootstrap interval.
+/// Probability and its 95 % bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProbabilityInterval {
     /// The probability.
@@ -124,7 +132,7 @@ pub struct ProbabilityInterval {
     pub high: f64,
 }
 
-/// A median of moments that may never come.
+/// Median of moments that may never come.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Median over seeds; none if half of them or more never get there.
@@ -133,7 +141,7 @@ pub struct Moments {
     pub reached: usize,
 }
 
-/// One arm over all seeds. Apart from the name and the numbers of `compare --json` there is more here than the format
+/// Results of one arm over all seeds. Apart from the name and the numbers of `compare --json` there is more here than the format
 /// asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmSummary {
@@ -177,7 +185,7 @@ pub struct TuningEntry {
     pub regret_iqm: f64,
 }
 
-/// How the sparse arm was tuned for the world.
+/// Tuning of the sparse arm for the world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     /// Seeds used for it; none of them is a seed of the comparison.
@@ -200,7 +208,7 @@ pub struct ArmTiming {
     pub median: TrialTiming,
 }
 
-/// `compare.json`: everything but `timing` is the same for equal runs.
+/// Contents of `compare.json`: everything but `timing` is the same for equal runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Name of the scenario.

@@ -1,7 +1,7 @@
 //! What a run or a comparison leaves in its folder, by name: the rest belongs to somebody else.
 
-use super::board::BOARD_FILE;
-use super::folder::{FolderKind, seed_folder_name};
+use super::folder_kind::FolderKind;
+use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
 use std::fs;
 use std::io;
@@ -18,36 +18,24 @@ enum Level {
     Seed,
 }
 
-/// The files of a seed.
-const SEED_FILES: [&str; 11] = [
-    "episodes.csv",
-    "refreshes.csv",
-    "timings.csv",
-    "events.jsonl",
-    BOARD_FILE,
-    "potential.npy",
-    "eigenvectors.npy",
-    "states.csv",
-    "graph.csv",
-    "policy.csv",
-    "snapshots.json",
-];
-
 impl Level {
     /// Whether we write a file of this name. Those that every run replaces before anything else stay: without them the
     /// folder would not be known as ours, should the program be killed just then.
     fn has_file(self, name: &str) -> bool {
         match self {
-            Level::Run => matches!(name, "resolved.toml" | "summary.json" | "report.html"),
-            Level::Comparison => matches!(
-                name,
-                "compare.json" | "compare.csv" | "timings.csv" | "report.html"
-            ),
+            Level::Run => [names::RESOLVED, names::SUMMARY, names::PAGE].contains(&name),
+            Level::Comparison => [
+                names::COMPARISON,
+                names::TRIALS,
+                names::TIMINGS,
+                names::PAGE,
+            ]
+            .contains(&name),
             Level::Arms => false,
             Level::Arm => {
-                name == "resolved.toml" || name.strip_suffix(".json").is_some_and(is_seed)
+                name == names::RESOLVED || name.strip_suffix(".json").is_some_and(is_seed)
             }
-            Level::Seed => SEED_FILES.contains(&name),
+            Level::Seed => names::SEED_FILES.contains(&name),
         }
     }
 
@@ -55,7 +43,9 @@ impl Level {
     fn folder(self, name: &str) -> Option<Level> {
         match self {
             Level::Run | Level::Arm if is_seed(name) => Some(Level::Seed),
-            Level::Comparison if matches!(name, "arms" | "tuning") => Some(Level::Arms),
+            Level::Comparison if [names::ARMS_FOLDER, names::TUNING_FOLDER].contains(&name) => {
+                Some(Level::Arms)
+            }
             Level::Arms => Some(Level::Arm),
             _ => None,
         }

@@ -1,8 +1,8 @@
 //! A function of the cells as a PNG: as many pixels as it takes to see something, a palette instead of colours.
 
-use super::color::viridis_rgb;
+use super::Png;
 use crate::env::layouts::{Cell, Layout, Tile};
-use crate::tensorboard::Png;
+use crate::report::viridis_rgb;
 
 /// Small maps get several pixels a cell, up to this many across or down.
 const SMALL: usize = 320;

@@ -1,8 +1,8 @@
-//! What a run amounts to: the numbers that every report prints.
+//! What a run amounts to: `summary.json`.
 
 use serde::{Deserialize, Serialize};
 
-/// The results of one seed. Equal runs have equal results, bit for bit: no clock is read for them.
+/// Results of one seed. Equal runs have equal results, bit for bit: no clock is read for them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SeedResult {
     /// Master seed.
@@ -40,7 +40,7 @@ pub struct SeedResult {
     pub gcn_fits: usize,
 }
 
-/// How long one seed took.
+/// Time that one seed took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SeedTiming {
     /// Master seed.
@@ -51,7 +51,7 @@ pub struct SeedTiming {
     pub steps_per_second: f64,
 }
 
-/// `summary.json`: everything but `timing` is the same for equal runs.
+/// Contents of `summary.json`: everything but `timing` is the same for equal runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scenario.
@@ -62,7 +62,7 @@ pub struct Summary {
     pub timing: Timing,
 }
 
-/// The readings of clocks.
+/// Readings of clocks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// By seed, in the order of [`Summary::seeds`].
@@ -88,95 +88,9 @@ impl Summary {
     }
 }
 
-/// What `run --json` prints: one seed's results and timing side by side.
-#[derive(Clone, Debug, Serialize)]
-pub struct RunLine<'a> {
-    scenario: &'a str,
-    seed: u64,
-    episodes: usize,
-    steps: u64,
-    regret: f64,
-    optimal_steps: f64,
-    final_mean_steps: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    goals_moved_after: Option<usize>,
-    first_goal_step: Option<u64>,
-    nodes: usize,
-    edges: usize,
-    spectrum_refreshes: usize,
-    gcn_fits: usize,
-    wall_seconds: f64,
-    steps_per_second: f64,
-}
-
-impl<'a> RunLine<'a> {
-    /// Puts a seed's numbers into the order of the format.
-    pub fn new(scenario: &'a str, result: &SeedResult, timing: &SeedTiming) -> Self {
-        Self {
-            scenario,
-            seed: result.seed,
-            episodes: result.episodes,
-            steps: result.steps,
-            regret: result.regret,
-            optimal_steps: result.optimal_steps,
-            final_mean_steps: result.final_mean_steps,
-            goals_moved_after: result.goals_moved_after,
-            first_goal_step: result.first_goal_step,
-            nodes: result.nodes,
-            edges: result.edges,
-            spectrum_refreshes: result.spectrum_refreshes,
-            gcn_fits: result.gcn_fits,
-            wall_seconds: timing.wall_seconds,
-            steps_per_second: timing.steps_per_second,
-        }
-    }
-}
-
-/// Mean of the last tenth of `steps`, at least 20 of them (all, if there are fewer); 0 for none.
-pub fn final_mean_steps(steps: &[u32]) -> f64 {
-    let last = last_tenth(steps);
-    let sum: u64 = last.iter().map(|&s| u64::from(s)).sum();
-    sum as f64 / last.len().max(1) as f64
-}
-
-/// The same of the episodes' returns.
-pub fn final_mean_return(returns: &[f64]) -> f64 {
-    let last = last_tenth(returns);
-    last.iter().sum::<f64>() / last.len().max(1) as f64
-}
-
-/// Of something that was noted for each episode, the last tenth, at least 20.
-fn last_tenth<T>(noted: &[T]) -> &[T] {
-    let window = (noted.len() / 10).max(20).min(noted.len());
-    &noted[noted.len() - window..]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn final_mean_takes_the_last_tenth_but_at_least_twenty() {
-        let steps: Vec<u32> = (0..1000).collect();
-        assert_eq!(
-            final_mean_steps(&steps),
-            (900..1000).sum::<u32>() as f64 / 100.0
-        );
-        assert_eq!(
-            final_mean_steps(&steps[..30]),
-            (10..30).sum::<u32>() as f64 / 20.0
-        );
-        assert_eq!(final_mean_steps(&[4, 6]), 5.0);
-        assert_eq!(final_mean_steps(&[]), 0.0);
-        let returns: Vec<f64> = steps.iter().map(|&s| -f64::from(s)).collect();
-        for n in [1000, 30, 2, 1] {
-            assert_eq!(
-                final_mean_return(&returns[..n]),
-                -final_mean_steps(&steps[..n])
-            );
-        }
-        assert_eq!(final_mean_return(&[]), 0.0);
-    }
 
     #[test]
     fn seeds_stay_sorted_and_unique() {

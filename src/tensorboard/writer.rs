@@ -22,25 +22,17 @@
 //! Long runs are thinned ([`Thinning`]): all of the first 2000 episodes, every second of the next 2000 kept, and so on;
 //! refreshes likewise from 1000 on, and pictures from 16. An interrupted seed begins anew, and so does this file.
 
-use super::error::RunnerError;
-use super::files::GrowingFile;
-use super::places::Places;
-use super::thinning::Thinning;
-use crate::engine::{EpisodeRecord, RefreshRecord, ShapingPipeline};
-use crate::env::layouts::{Cell, Layout};
-use crate::graph::StateId;
-use crate::report::png_of_values;
+use super::map_png::png_of_values;
+use super::{Png, Summary, write_event, write_version};
+use crate::archive::files::GrowingFile;
+use crate::archive::{ArchiveError, names};
+use crate::env::layouts::Cell;
+use crate::runner::{Episode, Knowledge, KnownMap, Refresh, RunObserver, RunStart, RunState};
 use crate::shaping::PotentialFit;
 use crate::spectral::SpectrumRefresh;
-use crate::tensorboard::{Png, Summary, write_event, write_version};
+use crate::statistics::Thinning;
 use std::collections::HashMap;
-use std::hash::Hash;
-use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// The file in the folder of a seed. TensorBoard looks for `.tfevents.`; where others put a time and a host stand 0 and
-/// our name, so that the folder of a run lists the same files each time.
-pub const BOARD_FILE: &str = "events.out.tfevents.0.eigentrail";
 
 const EPISODES: u64 = 2000;
 const REFRESHES: u64 = 1000;
@@ -49,8 +41,8 @@ const PICTURES: u64 = 16;
 /// How long events may wait in memory.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// The open event file of one seed.
-pub(super) struct Board {
+/// Writer of the event file of one seed.
+pub struct TensorBoardWriter {
     file: GrowingFile,
     /// Records that are not in the file yet.
     waiting: Vec<u8>,
@@ -61,13 +53,16 @@ pub(super) struct Board {
     pictures: Thinning,
 }
 
-impl Board {
-    /// Begins the file in `folder` anew, with the text of the scenario.
-    pub fn create(folder: &Path, seed: u64, scenario: &str) -> Result<Self, RunnerError> {
-        let path = folder.join(BOARD_FILE);
+impl TensorBoardWriter {
+    /// Begins the file in the folder of the seed anew, with the text of the scenario.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn create(start: &RunStart<'_>) -> Result<Self, ArchiveError> {
+        let path = start.folder.join(names::TENSORBOARD);
         let now = Instant::now();
-        let mut board = Self {
-            file: GrowingFile::create(&path).map_err(RunnerError::write(&path))?,
+        let mut writer = Self {
+            file: GrowingFile::create(&path).map_err(ArchiveError::write(&path))?,
             waiting: Vec::new(),
             flushed: now,
             begun: now,
@@ -75,26 +70,63 @@ impl Board {
             refreshes: Thinning::new(REFRESHES),
             pictures: Thinning::new(PICTURES),
         };
-        write_version(&mut board.waiting, seconds_since_1970());
+        write_version(&mut writer.waiting, seconds_since_1970());
         let mut summary = Summary::default();
-        summary.text("scenario", &markdown(seed, scenario));
-        board.write(0, &summary)?;
-        board.flush()?;
-        Ok(board)
+        summary.text("scenario", &markdown(start.seed, &start.scenario.to_toml()));
+        writer.write(0, &summary)?;
+        writer.flush()?;
+        Ok(writer)
     }
 
-    /// An episode has ended; `regret` is that of the run so far.
-    pub fn episode(&mut self, record: &EpisodeRecord, regret: f64) -> Result<(), RunnerError> {
+    fn write(&mut self, step: u64, summary: &Summary) -> Result<(), ArchiveError> {
+        if summary.is_empty() {
+            return Ok(());
+        }
+        write_event(&mut self.waiting, seconds_since_1970(), step, summary);
+        if self.flushed.elapsed() >= PATIENCE {
+            self.flush()?;
+        }
+        Ok(())
+    }
+}
+
+impl RunObserver for TensorBoardWriter {
+    fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
+        let record = refresh.record;
+        let mut summary = Summary::default();
+        if self.refreshes.keeps() {
+            if let Some(spectrum) = &record.spectrum {
+                spectrum_scalars(&mut summary, spectrum);
+                summary.scalar("spectral/seconds", record.spectrum_seconds);
+            }
+            if let Some(fit) = &record.fit {
+                fit_scalars(&mut summary, fit);
+                range_scalars(&mut summary, refresh.knowledge.potential.values());
+                summary.scalar("potential/seconds", record.fit_seconds);
+            }
+        }
+        if self.pictures.keeps() {
+            picture(&mut summary, &refresh.knowledge);
+        }
+        self.write(record.step, &summary)
+    }
+
+    fn episode_ended(
+        &mut self,
+        episode: &Episode<'_>,
+        _: &dyn RunState,
+    ) -> Result<(), ArchiveError> {
         if !self.episodes.keeps() {
             return Ok(());
         }
+        let record = episode.record;
         let seconds = self.begun.elapsed().as_secs_f64();
         let mut summary = Summary::default();
         for (tag, value) in [
             ("charts/episodic_return", record.plain_return),
             ("charts/episodic_length", record.length as f64),
             ("charts/shaped_return", record.shaped_return),
-            ("charts/regret", regret),
+            ("charts/regret", episode.regret),
             ("charts/SPS", record.step as f64 / seconds.max(1e-9)),
             (
                 "losses/td_loss",
@@ -108,61 +140,18 @@ impl Board {
         self.write(record.step, &summary)
     }
 
-    /// The spectrum, the potential, or both were brought up to date.
-    pub fn refreshed<S: Clone + Eq + Hash>(
-        &mut self,
-        record: &RefreshRecord,
-        pipeline: &ShapingPipeline<S>,
-        places: &Places<S>,
-    ) -> Result<(), RunnerError> {
-        let mut summary = Summary::default();
-        if self.refreshes.keeps() {
-            if let Some(spectrum) = &record.spectrum {
-                spectrum_scalars(&mut summary, spectrum);
-                summary.scalar("spectral/seconds", record.spectrum_seconds);
-            }
-            if let Some(fit) = &record.fit {
-                fit_scalars(&mut summary, fit);
-                range_scalars(&mut summary, pipeline.potential().values());
-                summary.scalar("potential/seconds", record.fit_seconds);
-            }
-        }
-        if self.pictures.keeps() {
-            picture(&mut summary, pipeline, places);
-        }
-        self.write(record.step, &summary)
-    }
-
-    /// The run has ended at `step`.
-    pub fn finish<S: Clone + Eq + Hash>(
-        mut self,
-        step: u64,
-        pipeline: &ShapingPipeline<S>,
-        places: &Places<S>,
-    ) -> Result<(), RunnerError> {
-        let mut summary = Summary::default();
-        picture(&mut summary, pipeline, places);
-        self.write(step, &summary)?;
-        self.flush()
-    }
-
-    /// Brings every record to the file.
-    pub fn flush(&mut self) -> Result<(), RunnerError> {
+    fn flush(&mut self) -> Result<(), ArchiveError> {
         self.flushed = Instant::now();
         let written = self.file.append(&self.waiting);
         self.waiting.clear();
-        written.map_err(RunnerError::write(self.file.path()))
+        written.map_err(ArchiveError::write(self.file.path()))
     }
 
-    fn write(&mut self, step: u64, summary: &Summary) -> Result<(), RunnerError> {
-        if summary.is_empty() {
-            return Ok(());
-        }
-        write_event(&mut self.waiting, seconds_since_1970(), step, summary);
-        if self.flushed.elapsed() >= PATIENCE {
-            self.flush()?;
-        }
-        Ok(())
+    fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
+        let mut summary = Summary::default();
+        picture(&mut summary, &run.knowledge());
+        self.write(run.steps(), &summary)?;
+        self.flush()
     }
 }
 
@@ -227,28 +216,23 @@ fn range_scalars(summary: &mut Summary, phi: &[f64]) {
 }
 
 /// What is drawn rather than plotted.
-fn picture<S: Clone + Eq + Hash>(
-    summary: &mut Summary,
-    pipeline: &ShapingPipeline<S>,
-    places: &Places<S>,
-) {
-    let phi = pipeline.potential().values();
+fn picture(summary: &mut Summary, known: &Knowledge<'_>) {
+    let phi = known.potential.values();
     summary.histogram("potential/phi", phi.iter().copied());
-    if let Some(pairs) = pipeline.spectrum().eigenpairs() {
+    if let Some(pairs) = known.eigenpairs {
         let residuals = pairs.convergence.residual_norms.iter();
         summary.histogram("spectral/residuals", residuals.copied());
     }
-    if let Some(map) = &places.map
+    if let Some(map) = &known.map
         && !phi.is_empty()
     {
-        let cell = |state| (map.cell)(pipeline.graph().state(state));
-        let png = png_of_potential(&map.layout, phi, cell);
-        summary.image("potential/map", &png);
+        summary.image("potential/map", &png_of_potential(map, known));
     }
 }
 
-fn png_of_potential(layout: &Layout, phi: &[f64], cell: impl Fn(StateId) -> Cell) -> Png {
-    let states = (0..phi.len()).map(|s| StateId(s as u32));
-    let values: HashMap<Cell, f64> = states.zip(phi).map(|(s, &v)| (cell(s), v)).collect();
-    png_of_values(layout, |cell| values.get(&cell).copied())
+fn png_of_potential(map: &KnownMap<'_>, known: &Knowledge<'_>) -> Png {
+    let values: HashMap<Cell, f64> = (known.states().zip(known.potential.values()))
+        .map(|(state, &value)| ((map.cell)(state), value))
+        .collect();
+    png_of_values(map.layout, |cell| values.get(&cell).copied())
 }

@@ -1,16 +1,21 @@
 //! A run folder read back: what every page and figure is made of.
 
 use super::bounded::BoundedEpisodes;
+use super::error::ArchiveError;
+use super::files::read_json;
+use super::folder_kind::is_run;
+use super::names::{self, seed_folder_name};
+use super::rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
+use super::seed_files::read_labels;
+use super::snapshots::{Snapshot, read_snapshots};
 use super::summary::Summary;
-use crate::runner::files::read_json;
-use crate::runner::{GraphRow, PolicyRow, RunnerError, Snapshot, is_run, read_snapshots};
 use crate::scenario::Scenario;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run: its scenario and all its seeds.
+/// Scenario and seeds of a run.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
     /// The folder's name.
@@ -30,7 +35,7 @@ pub struct RecordedRun {
 /// With fewer episodes than this a recorded seed has a row for each.
 const SINGLE_ROWS: usize = 200_000;
 
-/// One seed of a run.
+/// Tables and snapshots of one seed of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RecordedSeed {
     /// Master seed.
@@ -51,7 +56,7 @@ pub struct RecordedSeed {
     pub seconds: Option<PhaseSeconds>,
 }
 
-/// Where the time of a seed went, in seconds.
+/// Seconds of a seed, by what took them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhaseSeconds {
     /// In the eigensolver.
@@ -62,64 +67,15 @@ pub struct PhaseSeconds {
     pub episodes: f64,
 }
 
-/// A row of `episodes.csv`, as far as it is shown. In long runs and on a live page it may stand for several episodes in a row: sums of what
-/// is added up, and the rest as it was at the end of the last one.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct EpisodeRow {
-    /// How many episodes it stands for; 1 in files.
-    #[serde(skip, default = "one")]
-    pub episodes: usize,
-    /// Environment steps up to its end.
-    pub step: u64,
-    /// Its steps.
-    pub length: u64,
-    /// Σ r.
-    #[serde(rename = "return")]
-    pub plain_return: f64,
-    /// Σ (r + F).
-    pub shaped_return: f64,
-    /// `terminated` or `truncated`.
-    pub status: String,
-    /// ρ of the run so far.
-    pub regret: f64,
-    /// States known.
-    pub nodes: usize,
-    /// Undirected edges known.
-    pub edges: usize,
-}
-
-fn one() -> usize {
-    1
-}
-
-/// A row of `refreshes.csv`, as far as it is shown.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct RefreshRow {
-    /// Environment step.
-    pub step: u64,
-    /// States known.
-    pub nodes: usize,
-    /// Products with the Laplacian, if the spectrum was refreshed.
-    pub applications: Option<usize>,
-    /// Solves with its factor.
-    pub solves: Option<usize>,
-    /// Largest ‖Lv − λv‖ relative to the largest eigenvalue kept.
-    pub max_relative_residual: Option<f64>,
-    /// Whether the potential was fitted.
-    pub fitted: bool,
-    /// The network's loss after its fit.
-    pub loss: Option<f64>,
-}
-
 /// The runs that `folder` is or holds, up to two levels below it, by name.
 ///
 /// # Errors
 /// If there is none, or one of them cannot be read.
-pub fn read_runs(folder: &Path) -> Result<Vec<RecordedRun>, RunnerError> {
+pub fn read_runs(folder: &Path) -> Result<Vec<RecordedRun>, ArchiveError> {
     let mut found = Vec::new();
     find_runs(folder, 2, &mut found);
     if found.is_empty() {
-        return Err(damaged(folder, "not a run folder"));
+        return Err(ArchiveError::damaged(folder, "not a run folder"));
     }
     found.iter().map(|path| RecordedRun::read(path)).collect()
 }
@@ -148,22 +104,28 @@ impl RecordedRun {
     ///
     /// # Errors
     /// If it is none, no seed has ended in it, or a file does not say what it should.
-    pub fn read(folder: &Path) -> Result<Self, RunnerError> {
-        let path = folder.join("resolved.toml");
-        let resolved = fs::read_to_string(&path).map_err(|e| damaged(&path, &e.to_string()))?;
-        let scenario = resolved_scenario(&resolved).map_err(|rule| damaged(&path, &rule))?;
-        let path = folder.join("summary.json");
-        let summary: Summary = read_json(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+    pub fn read(folder: &Path) -> Result<Self, ArchiveError> {
+        let path = folder.join(names::RESOLVED);
+        let resolved =
+            fs::read_to_string(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
+        let scenario =
+            resolved_scenario(&resolved).map_err(|rule| ArchiveError::damaged(&path, rule))?;
+        let path = folder.join(names::SUMMARY);
+        let summary: Summary =
+            read_json(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
         let seeds: Vec<_> = summary
             .seeds
             .iter()
             .map(|result| {
-                let name = crate::runner::seed_folder_name(result.seed);
+                let name = seed_folder_name(result.seed);
                 RecordedSeed::read(&folder.join(name), result.seed)
             })
             .collect::<Result<_, _>>()?;
         if seeds.is_empty() {
-            return Err(damaged(folder, "no seed of this run has ended yet"));
+            return Err(ArchiveError::damaged(
+                folder,
+                "no seed of this run has ended yet",
+            ));
         }
         let name = folder.file_name().unwrap_or(folder.as_os_str());
         Ok(Self {
@@ -192,10 +154,10 @@ impl RecordedSeed {
         self.episodes.iter().map(|row| row.episodes).sum()
     }
 
-    fn read(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
+    fn read(folder: &Path, seed: u64) -> Result<Self, ArchiveError> {
         Ok(Self {
             episodes: episodes(folder)?,
-            refreshes: table(folder, "refreshes.csv")?,
+            refreshes: table(folder, names::REFRESHES)?,
             seconds: seconds(folder),
             ..Self::read_sights(folder, seed)?
         })
@@ -205,19 +167,13 @@ impl RecordedSeed {
     ///
     /// # Errors
     /// If `folder` does not hold a finished seed.
-    pub fn read_sights(folder: &Path, seed: u64) -> Result<Self, RunnerError> {
-        let labels: Vec<csv::StringRecord> = rows(folder, "states.csv", |reader| {
-            reader.records().collect::<Result<_, _>>()
-        })?;
+    pub fn read_sights(folder: &Path, seed: u64) -> Result<Self, ArchiveError> {
         Ok(Self {
             seed,
             snapshots: read_snapshots(folder)?,
-            labels: labels
-                .iter()
-                .map(|row| row.iter().skip(1).collect::<Vec<_>>().join(","))
-                .collect(),
-            policy: table(folder, "policy.csv")?,
-            graph: table(folder, "graph.csv")?,
+            labels: read_labels(folder)?,
+            policy: table(folder, names::POLICY)?,
+            graph: table(folder, names::GRAPH)?,
             ..Self::default()
         })
     }
@@ -238,7 +194,7 @@ fn arguments(folder: &Path) -> Vec<String> {
     struct Info {
         arguments: Vec<String>,
     }
-    read_json::<Info>(&folder.join("run.json")).map_or(Vec::new(), |info| info.arguments)
+    read_json::<Info>(&folder.join(names::RUN)).map_or(Vec::new(), |info| info.arguments)
 }
 
 /// Sums of `timings.csv`; nothing if it is gone.
@@ -249,7 +205,7 @@ fn seconds(folder: &Path) -> Option<PhaseSeconds> {
         seconds: f64,
     }
     let mut sums = PhaseSeconds::default();
-    let mut reader = csv::Reader::from_path(folder.join("timings.csv")).ok()?;
+    let mut reader = csv::Reader::from_path(folder.join(names::TIMINGS)).ok()?;
     for row in reader.deserialize() {
         let row: Row = row.ok()?;
         match row.what.as_str() {
@@ -263,8 +219,8 @@ fn seconds(folder: &Path) -> Option<PhaseSeconds> {
 }
 
 /// Reads `episodes.csv` row by row.
-fn episodes(folder: &Path) -> Result<Vec<EpisodeRow>, RunnerError> {
-    rows(folder, "episodes.csv", |reader| {
+fn episodes(folder: &Path) -> Result<Vec<EpisodeRow>, ArchiveError> {
+    rows(folder, names::EPISODES, |reader| {
         let mut bounded = BoundedEpisodes::new(SINGLE_ROWS / 2);
         for row in reader.deserialize() {
             bounded.push(row?);
@@ -273,7 +229,7 @@ fn episodes(folder: &Path) -> Result<Vec<EpisodeRow>, RunnerError> {
     })
 }
 
-fn table<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Vec<T>, RunnerError> {
+fn table<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Vec<T>, ArchiveError> {
     rows(folder, name, |reader| reader.deserialize().collect())
 }
 
@@ -281,16 +237,9 @@ fn rows<T>(
     folder: &Path,
     name: &str,
     read: impl FnOnce(&mut csv::Reader<fs::File>) -> csv::Result<Vec<T>>,
-) -> Result<Vec<T>, RunnerError> {
+) -> Result<Vec<T>, ArchiveError> {
     let path = folder.join(name);
     csv::Reader::from_path(&path)
         .and_then(|mut reader| read(&mut reader))
-        .map_err(|error| damaged(&path, &error.to_string()))
-}
-
-pub(super) fn damaged(path: &Path, message: &str) -> RunnerError {
-    RunnerError::Damaged {
-        path: path.to_owned(),
-        message: message.to_owned(),
-    }
+        .map_err(|error| ArchiveError::damaged(&path, error.to_string()))
 }

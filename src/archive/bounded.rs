@@ -5,14 +5,14 @@
 //! ```
 //!
 //! What is learnt is learnt early, so the first R episodes keep a row each, and of N there are at most about
-//! 2 R (1 + ln(N / R)) rows. Blocks of a curve on a logarithmic scale ([`blocks`](super::blocks)) are much wider. As long
+//! 2 R (1 + ln(N / R)) rows. Blocks of a curve on a logarithmic scale ([`blocks`](crate::statistics::blocks)) are much wider. As long
 //! as there are less than 2 R nothing is merged.
 
-use super::recorded::EpisodeRow;
+use super::rows::EpisodeRow;
 
-/// Rows of episodes in a row.
+/// Rows of the episodes of a run, later ones several in a row.
 #[derive(Clone, Debug)]
-pub(crate) struct BoundedEpisodes {
+pub struct BoundedEpisodes {
     rows: Vec<EpisodeRow>,
     /// R.
     resolution: usize,
@@ -86,11 +86,12 @@ mod tests {
     fn row(episode: u64) -> EpisodeRow {
         EpisodeRow {
             episodes: 1,
+            episode,
             step: 3 * (episode + 1),
             length: 3,
             plain_return: -3.0,
             shaped_return: -1.0,
-            status: "terminated".to_owned(),
+            status: "terminated".into(),
             regret: episode as f64,
             nodes: 1,
             edges: 0,

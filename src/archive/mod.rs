@@ -1,0 +1,54 @@
+//! What runs and comparisons leave on disk: names, rows and results, written and read back.
+//!
+//! - [`RunFolder`]: a folder with one writer, and what stands in it around its seeds.
+//! - [`SeedTables`] and the functions beside it: the files of one seed.
+//! - [`TrialRecord`], [`write_comparison`]: the files of a comparison.
+//! - [`RecordedRun`], [`RecordedComparison`]: folders read back, which every page and figure is made of.
+//! - [`files`]: files that are never half written, of whatever kind.
+//!
+//! Nothing here knows how a run is made or shown. Other programs read these files: names of files, columns and keys stay as
+//! they are.
+
+mod belongings;
+mod bounded;
+mod comparison;
+mod comparison_files;
+mod error;
+pub mod files;
+mod folder;
+mod folder_kind;
+mod graph_files;
+mod lock;
+pub mod names;
+mod recorded;
+mod recorded_comparison;
+mod rows;
+mod run_files;
+mod seed_files;
+mod snapshots;
+mod summary;
+mod temporary;
+mod trial_record;
+
+pub use bounded::BoundedEpisodes;
+pub use comparison::{
+    ArmSummary, ArmTiming, Comparison, FirstWithin, IqmInterval, LearningCurve, MedianInterval,
+    Moments, ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
+};
+pub use comparison_files::{Compared, TrialsByArm, begin_arm, begin_comparison, write_comparison};
+pub use error::ArchiveError;
+pub use folder::{Existing, RunFolder};
+pub use folder_kind::{FolderKind, is_comparison, is_run};
+pub use graph_files::{write_graph, write_policy};
+pub use lock::FolderLock;
+pub use names::{seed_folder_name, trial_file_name};
+pub use recorded::{PhaseSeconds, RecordedRun, RecordedSeed, read_runs};
+pub use recorded_comparison::{RecordedArm, RecordedComparison};
+pub use rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
+pub use run_files::{RunInfo, RunStatus};
+pub use seed_files::{
+    SeedTables, read_labels, read_potential, write_matrix, write_potential, write_states,
+};
+pub use snapshots::{Snapshot, read_snapshots, write_snapshots};
+pub use summary::{SeedResult, SeedTiming, Summary, Timing};
+pub use trial_record::{TrialRecord, scenario_hash};

@@ -1,0 +1,83 @@
+//! The file of one trial of a comparison, `seed-0007.json` in the folder of its arm.
+
+use super::comparison::{LearningCurve, TrialResult, TrialTiming};
+use super::error::ArchiveError;
+use super::files::{read_json, write_json};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Record of one seed of one arm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialRecord {
+    /// Hash of the arm's resolved scenario and the program's version.
+    pub hash: String,
+    /// Its results.
+    pub result: TrialResult,
+    /// How it went.
+    #[serde(rename = "course")]
+    pub curve: LearningCurve,
+    /// What the clock said.
+    pub timing: TrialTiming,
+}
+
+impl TrialRecord {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// If there is none, or it is damaged.
+    pub fn read(path: &Path) -> Result<Self, ArchiveError> {
+        let trial: Self =
+            read_json(path).map_err(|e| ArchiveError::damaged(path, e.to_string()))?;
+        let checked = trial.check();
+        checked.map_err(|rule| ArchiveError::damaged(path, rule))?;
+        Ok(trial)
+    }
+
+    /// Reads it if there is a whole one with this hash.
+    pub fn finished(path: &Path, hash: &str) -> Option<Self> {
+        Self::read(path).ok().filter(|trial| trial.hash == hash)
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// If that is impossible.
+    pub fn write(&self, path: &Path) -> Result<(), ArchiveError> {
+        write_json(path, self).map_err(ArchiveError::write(path))
+    }
+
+    /// Whether its curve has three numbers for each block of episodes, the last of which ends with the last one; else
+    /// the field that was cut short.
+    fn check(&self) -> Result<(), String> {
+        let curve = &self.curve;
+        let blocks = curve.episodes.len();
+        for (field, values) in [("length", &curve.length), ("regret", &curve.regret)] {
+            if values.len() != blocks {
+                return Err(format!(
+                    "`course.{field}` has {} entries and `course.episodes` {blocks}: the file is damaged",
+                    values.len()
+                ));
+            }
+        }
+        let last = curve.episodes.last().copied().unwrap_or(0);
+        if last == self.result.episodes {
+            return Ok(());
+        }
+        Err(format!(
+            "`course.episodes` ends with episode {last} of {}: the file is damaged",
+            self.result.episodes
+        ))
+    }
+}
+
+/// FNV-1a of the program's version and a resolved scenario (Fowler, Noll & Vo), in hexadecimal digits: the same on
+/// every machine and with every compiler.
+pub fn scenario_hash(resolved: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION").bytes();
+    let hash = version
+        .chain(resolved.bytes())
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+    format!("{hash:016x}")
+}

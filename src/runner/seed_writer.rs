@@ -1,0 +1,99 @@
+//! The files of one seed, written while it runs and at its end.
+
+use super::observer::{Episode, Refresh, RunObserver, RunState};
+use super::snapshots::Snapshots;
+use crate::archive::{
+    ArchiveError, SeedTables, names, write_graph, write_matrix, write_policy, write_potential,
+    write_snapshots, write_states,
+};
+use crate::shaping::Potential;
+use std::path::{Path, PathBuf};
+
+/// Writer of everything that `run` leaves about a seed.
+pub(super) struct SeedWriter {
+    folder: PathBuf,
+    tables: SeedTables,
+    sights: SightsWriter,
+}
+
+impl SeedWriter {
+    /// Creates the folder and begins its files anew.
+    pub fn create(folder: &Path) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            folder: folder.to_owned(),
+            tables: SeedTables::create(folder)?,
+            sights: SightsWriter::new(folder),
+        })
+    }
+}
+
+impl RunObserver for SeedWriter {
+    fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
+        self.sights.refreshed(refresh)?;
+        let record = refresh.record;
+        let spectrum_seconds = record.spectrum.as_ref().map(|_| record.spectrum_seconds);
+        let fit_seconds = record.fit.as_ref().map(|_| record.fit_seconds);
+        self.tables
+            .refresh(&refresh.row(), spectrum_seconds, fit_seconds)
+    }
+
+    fn episode_ended(
+        &mut self,
+        episode: &Episode<'_>,
+        _: &dyn RunState,
+    ) -> Result<(), ArchiveError> {
+        self.tables.episode(&episode.row(), episode.seconds)
+    }
+
+    fn flush(&mut self) -> Result<(), ArchiveError> {
+        self.tables.flush()
+    }
+
+    fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
+        let known = run.knowledge();
+        let potential: Vec<f64> = known.states().map(|s| known.potential.value(s)).collect();
+        write_potential(&self.folder, &potential)?;
+        if let Some(pairs) = known.eigenpairs {
+            write_matrix(
+                &self.folder.join(names::EIGENVECTORS),
+                pairs.vectors.as_ref(),
+            )?;
+        }
+        self.sights.ended(run)
+    }
+}
+
+/// Writer of what is drawn on maps: states, snapshots, graph and policy.
+pub(super) struct SightsWriter {
+    folder: PathBuf,
+    snapshots: Snapshots,
+}
+
+impl SightsWriter {
+    /// One that writes into `folder` at the end of the run, and makes it if it is not there.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            snapshots: Snapshots::default(),
+        }
+    }
+}
+
+impl RunObserver for SightsWriter {
+    fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
+        self.snapshots
+            .refreshed(refresh.record.step, &refresh.knowledge);
+        Ok(())
+    }
+
+    fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
+        std::fs::create_dir_all(&self.folder).map_err(ArchiveError::write(&self.folder))?;
+        let known = run.knowledge();
+        let labels = known.states().map(|state| (known.label)(state));
+        write_states(&self.folder, known.columns(), labels)?;
+        let frames = self.snapshots.up_to_now(run.steps(), &known);
+        write_snapshots(&self.folder, &frames)?;
+        write_graph(&self.folder, known.graph_rows())?;
+        write_policy(&self.folder, run.policy())
+    }
+}

@@ -1,0 +1,61 @@
+//! The worlds of a scenario, read and built once for all its seeds.
+
+use super::Scenario;
+use super::error::BrokenRule;
+use super::world::{MovedWorld, World};
+use crate::seeds::{Stream, stream};
+
+/// Worlds of a run: the one that it begins with, and the one that its goals move to. A file that they were read from is not
+/// looked at again.
+#[derive(Clone, Debug)]
+pub struct Worlds {
+    first: World,
+    moved: Option<MovedWorld>,
+}
+
+impl Worlds {
+    /// The worlds that the sections `[env]` and `[run]` describe. Reads the edge list, if there is one. O(states).
+    ///
+    /// # Errors
+    /// If they do not describe any, with the key to blame.
+    pub fn of(scenario: &Scenario) -> Result<Self, BrokenRule> {
+        let list = scenario.env.edge_list()?;
+        let list = list.as_ref();
+        Ok(Self {
+            first: scenario.first_world(list, 0)?,
+            moved: scenario.world_after_move(list, 0)?,
+        })
+    }
+
+    /// The world that runs begin with, whatever their seed.
+    pub fn first(&self) -> &World {
+        &self.first
+    }
+
+    /// The world whose goals have moved, whatever the seed; none if they do not move.
+    pub fn moved(&self) -> Option<&MovedWorld> {
+        self.moved.as_ref()
+    }
+
+    /// The first one for a run with this seed, which draws slips and random starts.
+    pub fn first_for(&self, seed: u64) -> World {
+        let mut world = self.first.clone();
+        world.reseed(stream(seed, Stream::Environment));
+        world
+    }
+
+    /// The one with the goals that a run with this seed ends with; none if they do not move.
+    pub fn moved_for(&self, seed: u64) -> Option<MovedWorld> {
+        let mut moved = self.moved.clone()?;
+        moved.world.reseed(stream(seed, Stream::MovedEnvironment));
+        Some(moved)
+    }
+
+    /// The one in which a run with this seed plays episode number `episode`, from 0.
+    pub fn in_episode(&self, seed: u64, episode: usize) -> World {
+        match self.moved_for(seed) {
+            Some(moved) if moved.after <= episode => moved.world,
+            _ => self.first_for(seed),
+        }
+    }
+}
