@@ -68,3 +68,16 @@ pub mod tensorboard;
 #[cfg(feature = "runner")]
 mod time_stamp;
 mod vector_state;
+
+/// The examples of README.md and docs.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/learning.md")]
+    struct Learning;
+    #[doc = include_str!("../docs/method.md")]
+    struct Method;
+    #[doc = include_str!("../docs/spectra.md")]
+    struct Spectra;
+}

@@ -36,7 +36,7 @@
 //! `bootstrap = "expected"` puts Σ_b π(b|s′) Q_w(s′, b) in the place of Q_w(s′, a′) and draws a′ when it is asked for an
 //! action. Open grids from corner to corner, no shaping, no advice, reward −1 a step, γ = 1, step sizes as above, regret
 //! over 500 episodes: median of 20 seeds, quartiles in brackets, and the mean length of the last 50 episodes against the
-//! shortest path (`cargo test --release --test agents -- --ignored --nocapture sampled`):
+//! shortest path (`cargo test --release --test library -- --ignored --nocapture sampled`):
 //!
 //! | `update` | `bootstrap` | 5×5 | 11×11 |
 //! |---|---|---|---|
