@@ -1,4 +1,4 @@
-//! How much memory there is, so that what cannot fit is refused before the work and not ended by the system in it.
+//! Memory of the machine, so that what cannot fit is refused before the work and not ended by the system in it.
 
 use std::fs;
 

@@ -7,7 +7,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Who draws. The discriminant is the ChaCha stream number: append, never renumber.
+/// Component that draws. The discriminant is the ChaCha stream number: append, never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Stream {

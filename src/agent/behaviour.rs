@@ -1,4 +1,4 @@
-//! What an actor-critic is about to do at one state: the policy there, the advice in it, the action drawn from it.
+//! Behaviour of an actor-critic at one state: the policy there, the advice in it, the action drawn from it.
 
 use super::Situation;
 use super::policy::softmax;

@@ -1,4 +1,4 @@
-//! What the actor and the critic are linear in.
+//! Features that the actor and the critic are linear in.
 //!
 //! f(s, a) = wᵀφ(s, a)  (eq. 13 of the source paper), with the state's features x(s) stacked per action: the block of
 //! action a holds x(s), all others 0. So w is a matrix of one column per action, f(s, a) = x(s)ᵀ w_a, and

@@ -60,7 +60,7 @@ pub use sarsa::{Sarsa, SarsaParams};
 use crate::env::{Action, StepStatus};
 use crate::graph::StateId;
 
-/// Where the agent stands, and what exploration advises there.
+/// State where the agent stands, and the advice of the exploration there.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The number of the state; at most one beyond those seen so far is the rule, any is accepted.
@@ -106,7 +106,7 @@ impl Experience<'_> {
     }
 }
 
-/// What an update did, for the log.
+/// Facts of an update, for the log.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UpdateInfo {
     /// The TD error δ, or for planning agents the change of the value of s; 0 for agents that do not learn.

@@ -48,7 +48,7 @@ pub(crate) struct WayIn {
     pub probability: f64,
 }
 
-/// What is known of the world so far.
+/// Model of the world as known so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EmpiricalModel {
     num_actions: usize,

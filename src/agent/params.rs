@@ -12,7 +12,7 @@ use crate::parameter::ParameterError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which learner.
+/// Kind of learner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AgentKind {
@@ -33,7 +33,7 @@ pub enum AgentKind {
     Random,
 }
 
-/// Which signal moves the actor.
+/// Signal that moves the actor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum UpdateRule {
@@ -48,7 +48,7 @@ pub enum UpdateRule {
     Algorithm2,
 }
 
-/// What actor and critic are linear in.
+/// Features that actor and critic are linear in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureKind {
@@ -61,7 +61,7 @@ pub enum FeatureKind {
     Deepwalk,
 }
 
-/// How the value of s′ is estimated.
+/// Estimate of the value of s′.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Bootstrap {

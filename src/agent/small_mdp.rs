@@ -36,7 +36,7 @@ pub(crate) struct SmallMdp {
     pub tolerance: f64,
 }
 
-/// What came of it.
+/// Outcome of an attempt to solve it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Solution {
     /// Optimal values, and the policies it took.

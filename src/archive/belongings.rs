@@ -1,4 +1,4 @@
-//! What a run or a comparison leaves in its folder, by name: the rest belongs to somebody else.
+//! Files that a run or a comparison leaves in its folder, by name: the rest belongs to somebody else.
 
 use super::folder_kind::FolderKind;
 use super::names::{self, seed_folder_name};

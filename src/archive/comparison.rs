@@ -1,4 +1,4 @@
-//! What a comparison amounts to: arms side by side over the same seeds.
+//! Results of a comparison: arms side by side over the same seeds.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What a comparison leaves on disk: what was compared, the numbers, and a row for each trial.
+//! Files of a comparison: what was compared, the numbers, and a row for each trial.
 
 use super::comparison::{Comparison, TrialResult, TrialTiming};
 use super::error::ArchiveError;

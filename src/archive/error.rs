@@ -1,4 +1,4 @@
-//! What can go wrong with a run's folder and its files.
+//! Errors of a run's folder and its files.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What a folder is: a run, a comparison, or somebody else's.
+//! Kinds of folders: a run, a comparison, or somebody else's.
 
 use super::files::read_json;
 use super::names;

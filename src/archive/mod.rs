@@ -1,4 +1,4 @@
-//! What runs and comparisons leave on disk: names, rows and results, written and read back.
+//! Files that runs and comparisons leave on disk: names, rows and results, written and read back.
 //!
 //! - [`RunFolder`]: a folder with one writer, and what stands in it around its seeds.
 //! - [`SeedTables`] and the functions beside it: the files of one seed.

@@ -1,4 +1,4 @@
-//! What stands in a run folder around its seeds: who ran what, the scenario, the results.
+//! Files of a run folder around its seeds: who ran what, the scenario, the results.
 
 use super::error::ArchiveError;
 use super::files::{read_json, write_json, write_text};

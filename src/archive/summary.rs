@@ -1,4 +1,4 @@
-//! What a run amounts to: `summary.json`.
+//! The summary of a run: `summary.json`.
 
 use serde::{Deserialize, Serialize};
 

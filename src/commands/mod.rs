@@ -1,4 +1,4 @@
-//! What each subcommand does: from the command line to the library, and its results to stdout.
+//! Subcommands: from the command line to the library, and its results to stdout.
 
 mod check;
 mod compare;
@@ -25,7 +25,7 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 use tracing::level_filters::LevelFilter;
 
-/// How a command ended that did not fail.
+/// Ending of a command that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// As asked.

@@ -1,4 +1,4 @@
-//! How far along: a bar on a terminal, elsewhere a line every ten seconds.
+//! Progress: a bar on a terminal, elsewhere a line every ten seconds.
 
 use eigentrail::telemetry::{Telemetry, say};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

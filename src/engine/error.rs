@@ -1,4 +1,4 @@
-//! What can go wrong on the way from a transition to a shaped reward.
+//! Errors on the way from a transition to a shaped reward.
 
 use crate::features::FeatureError;
 use crate::shaping::ShapingError;

@@ -1,4 +1,4 @@
-//! When features are refreshed and when the potential is fitted again.
+//! The schedule of refreshes and fits.
 //!
 //! A fit costs time in proportion to the states known, so unless much has changed it waits for as many steps as are a
 //! given share of them: what fits cost by step then does not grow with the world.

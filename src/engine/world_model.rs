@@ -1,4 +1,4 @@
-//! What is known of a world, whoever found it out: graph, features, potential, goals, and what actions do.
+//! Knowledge of a world, whoever found it out: graph, features, potential, goals, and what actions do.
 //!
 //! **Goals may move.** A state where an episode terminated is believed to be a goal until an episode goes on there.
 //! Then it is forgotten: φ is fitted anew on the goals that are left, or is 0 again when there are none, and the search

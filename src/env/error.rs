@@ -1,6 +1,6 @@
-//! What can be wrong with a world: one variant per broken rule, with the place and what to do about it.
+//! Errors of a world: one variant per broken rule, with the place and what to do about it.
 
-/// Why a world could not be built.
+/// Reason why a world could not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvError {

@@ -52,7 +52,7 @@ impl Action {
     }
 }
 
-/// How an episode stands after a step.
+/// Standing of an episode after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StepStatus {
     /// The episode goes on.

@@ -1,4 +1,4 @@
-//! What actions do, learnt from what they did: which action undoes which, and where a path has led.
+//! Displacements of actions, learnt from what they did: which action undoes which, and where a path has led.
 //!
 //! Suppose every action a moves by a fixed displacement δ_a of an abelian group, or not at all (a wall). Then
 //! positions follow by dead reckoning, pos(s′) = pos(s) + δ_a, and two facts come for free: where an untried
@@ -32,7 +32,7 @@ const MIN_AGREEMENT: f64 = 0.95;
 /// With more actions than this the table of pairs is not worth its cost.
 const MAX_ACTIONS: usize = 16;
 
-/// What an untried action is expected to do.
+/// Expected outcome of an untried action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prediction {
     /// It undoes the step by which the state was entered from this neighbour, or goes a way that is known: as good as

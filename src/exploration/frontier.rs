@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// What an untried action is worth to the search.
+/// Worth of an untried action to the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interest {
     /// Go there.
@@ -22,7 +22,7 @@ pub enum Interest {
     None,
 }
 
-/// What the search asks of the graph.
+/// Questions of the search to the graph.
 pub trait FrontierView {
     /// Number of actions of every state.
     fn num_actions(&self) -> usize;

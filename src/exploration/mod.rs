@@ -1,4 +1,4 @@
-//! What guides the agent where the reward does not reach yet.
+//! Exploration: guidance where the reward does not reach yet.
 //!
 //! Before the first goal every potential is flat, and most of what an agent will ever lose it loses there. The
 //! `frontier` exploration advises the policy instead of the reward: it adds to the logits of the actor (look-ahead

@@ -1,4 +1,4 @@
-//! What the frontier exploration knows of a world: the same for every explorer in it.
+//! Knowledge of a world that explorers share.
 //!
 //! What actions do, where episodes end, which goals are known and how far they are, and what has to be looked at again
 //! after the last goal was lost. Where one explorer stands, and what it has planned, is [`Explorer`](super::Explorer).

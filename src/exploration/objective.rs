@@ -1,4 +1,4 @@
-//! What is worth trying, by what is looked for.
+//! Objectives of a search: what is worth trying, by what is looked for.
 
 use super::dead_reckoning::Prediction;
 use super::distances::Distances;

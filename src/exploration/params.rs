@@ -5,7 +5,7 @@ use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which exploration.
+/// Kind of exploration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExplorationKind {
@@ -18,7 +18,7 @@ pub enum ExplorationKind {
     None,
 }
 
-/// What is looked for once a goal has been reached.
+/// Aim of the search once a goal has been reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Optimism {

@@ -1,4 +1,4 @@
-//! Which states may have changed behind the agent's back: those not entered since a goal was lost.
+//! States that may have changed behind the agent's back: those not entered since a goal was lost.
 
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};

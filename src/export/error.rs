@@ -1,10 +1,10 @@
-//! What can go wrong on the way out.
+//! Errors of an export.
 
 use crate::archive::ArchiveError;
 use crate::graph::GraphError;
 use std::path::{Path, PathBuf};
 
-/// Why nothing was exported.
+/// Reason why nothing was exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {

@@ -1,4 +1,4 @@
-//! What a run has left, for other programs: tables as CSV, Parquet or NumPy arrays, the graph as GraphML or DOT.
+//! Exports of a run for other programs: tables as CSV, Parquet or NumPy arrays, the graph as GraphML or DOT.
 //!
 //! Four tables over all seeds that have ended, each with the column `seed` in front:
 //!
@@ -29,7 +29,7 @@ use crate::archive::files::write_atomically;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// As what.
+/// Format of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// A folder of CSV files.

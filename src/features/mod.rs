@@ -25,7 +25,7 @@ pub use set::{FeatureRefresh, FeatureSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where a state's features come from.
+/// Source of a state's features.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureSource {

@@ -1,4 +1,4 @@
-//! How an n × f block of node values lies in memory, and how its rows are shared out.
+//! Rows of an n × f block of node values: how they lie in memory, and how they are shared out.
 //!
 //! Inside this module every block is **row-major**: the f values of a node are neighbours, so that one
 //! visit of a sparse entry T̂_ij moves f values through the same cache line. At the border stand faer views,

@@ -1,4 +1,4 @@
-//! How far, and whether at all: hops by breadth-first search.
+//! Hops between states, by breadth-first search.
 //!
 //! hops(v) = the least number of links on a way to v from the nearest source, by breadth-first search, O(n + nnz).
 //! What a link is comes from [`Links`]: the edges of an [`Adjacency`] or a [`SymmetricCsr`]; the tried transitions as they were

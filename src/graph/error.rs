@@ -1,4 +1,4 @@
-//! What can be wrong with a graph that comes from outside.
+//! Errors of a graph that comes from outside.
 
 use thiserror::Error;
 

@@ -1,8 +1,8 @@
-//! What the graph writers share: attributes of nodes, and attributes of edges.
+//! Attributes of nodes and edges, which the graph writers share.
 
 use super::{StateId, TransitionGraph, TransitionStats};
 
-/// What to write beside the number of each state; empty by default.
+/// Attributes to write beside the number of each state; empty by default.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeAttributes<'a> {
     /// A name for each state, n of them.

@@ -1,4 +1,4 @@
-//! What was tried and what came of it.
+//! The directed multigraph of tried transitions: the maximum-likelihood model of the world.
 //!
 //! A directed multigraph with one edge per (s, a, s′) that was seen, on which stand N(s, a, s′) and Σ r. It is the
 //! maximum-likelihood model of the world,
@@ -31,7 +31,7 @@ use petgraph::visit::EdgeRef;
 use saved::Saved;
 use serde::{Deserialize, Serialize};
 
-/// What stands on an edge s → s′ of [`TransitionGraph::digraph`].
+/// Statistics on an edge s → s′ of [`TransitionGraph::digraph`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransitionStats {
     /// The action that was taken; parallel edges differ in it.

@@ -3,7 +3,7 @@
 use super::color::viridis_rgb;
 use std::fmt::Write;
 
-/// Which colours a terminal has.
+/// Colours that a terminal has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ink {
     /// None, or what is written goes elsewhere.

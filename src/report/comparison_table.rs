@@ -5,7 +5,7 @@ use crate::archive::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInter
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
-/// How a table is drawn.
+/// Style of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableStyle {
     /// With lines.

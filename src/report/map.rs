@@ -7,7 +7,7 @@ use super::ansi::{Ground, Ink};
 use crate::env::layouts::{Cell, Direction, Layout, Tile};
 use std::ops::Range;
 
-/// Which characters.
+/// Character set of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Charset {
     /// Unicode blocks and arrows.
@@ -17,7 +17,7 @@ pub enum Charset {
     Ascii,
 }
 
-/// How a map is drawn.
+/// Look of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
     /// With which characters.

@@ -1,4 +1,4 @@
-//! What can go wrong around a run.
+//! Errors around a run.
 
 use crate::archive::ArchiveError;
 use crate::engine::PipelineError;

@@ -1,4 +1,4 @@
-//! How much memory a run will take, roughly, and whether there is so much.
+//! Estimate of the memory that a run will take, and whether there is so much.
 //!
 //! In floating point, so that no number in a scenario can make it overflow.
 

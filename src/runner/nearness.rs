@@ -1,4 +1,4 @@
-//! How near a return is to the best one there is.
+//! Nearness of a return to the best one there is.
 //!
 //! ```text
 //! R is within x times the optimum   where   R ≥ R* − (x − 1) s,   s = |R*|, or the largest |r| of the world where R* = 0

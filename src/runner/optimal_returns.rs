@@ -1,4 +1,4 @@
-//! What the best policy could have earned in each episode of a run.
+//! Returns that the best policy could have earned in each episode of a run.
 //!
 //! ρ(T) = Σ_t (R*_t − R_t), eq. 15 of the source paper with R*_t the optimum **of the goals in force in episode t**:
 //! of a goal that moves, no policy can earn what the goal before it paid.

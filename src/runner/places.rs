@@ -1,4 +1,4 @@
-//! Where the states of a run are: on a map, or in a list of names.
+//! Places of the states of a run: on a map, or in a list of names.
 
 use super::observer::{Knowledge, KnownMap};
 use crate::engine::ShapingPipeline;

@@ -1,4 +1,4 @@
-//! What is compared: each arm is a name for a few settings, laid over the scenario as `--set` would.
+//! Arms of a comparison: each is a name for a few settings, laid over the scenario as `--set` would.
 //!
 //! So an arm has no code of its own, and whatever the scenario says about other keys holds for all of them alike: a
 //! step size that it gives is shared, one that it leaves out takes the default of the arm's learner. The built-in arms

@@ -1,10 +1,10 @@
-//! What can be wrong with a scenario, said with the place and the nearest right name.
+//! Errors of a scenario, said with the place and the nearest right name.
 
 use crate::parameter::ParameterError;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Where in the input something stands.
+/// Place in the input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Location {
     /// A position in a file, both numbers from 1; columns count characters.
@@ -37,7 +37,7 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a scenario was not accepted. Every message begins with the [`Location`].
+/// Reason why a scenario was not accepted. Every message begins with the [`Location`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScenarioError {

@@ -1,4 +1,4 @@
-//! Where each key of a document stands.
+//! Places of the keys in a document.
 
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};

@@ -1,4 +1,4 @@
-//! How large rewards may be, so that all that is made of them stays a number that can be written and read back.
+//! Limits of rewards, so that all that is made of them stays a number that can be written and read back.
 //!
 //! ```text
 //! |r| ≤ 10²⁷ / T,   T = min(run.episodes × max_steps, 2⁶⁴) steps of a run;     r = 0 or |r| ≥ 10⁻³⁰

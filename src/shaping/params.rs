@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 /// φ of the costliest run there may be is then still an `f32`, as snapshots keep it.
 const MAX_SCALE_FACTOR: f64 = 1e6;
 
-/// Where φ comes from.
+/// Source of φ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PotentialKind {

@@ -1,4 +1,4 @@
-//! Which of a stream of unknown length to keep.
+//! Thinning of a stream of unknown length: which of its items to keep.
 
 /// Filter of a stream: keeps every stride-th of a stream, from the first on, and doubles the stride after each `run` of them: of n there are
 /// at most `run` · (1 + log₂(1 + n / run)) kept. Decides by numbers alone, so that equal runs keep the same.

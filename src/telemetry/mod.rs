@@ -1,4 +1,4 @@
-//! What the program says about itself while it works: one instrumentation (`tracing`), three readers.
+//! Messages of the program about itself while it works: one instrumentation (`tracing`), three readers.
 //!
 //! - people: lines on stderr, warnings only unless asked for more ([`Options::level`]);
 //! - programs: JSON lines in the folder of each seed ([`EventLog`]);
@@ -48,7 +48,7 @@ pub const GCN_FIT: &str = "gcn_fit";
 /// Event: a goal was reached for the first time.
 pub const FIRST_GOAL: &str = "first_goal";
 
-/// How lines on stderr look.
+/// Form of lines on stderr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LogFormat {
     /// Short lines without a clock.
@@ -58,7 +58,7 @@ pub enum LogFormat {
     Json,
 }
 
-/// Who reads, and how much.
+/// Readers of what the program says, and how much they get.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The least important line that reaches stderr.

@@ -1,4 +1,4 @@
-//! How values are distributed: counts in buckets of equal width between the smallest and the largest.
+//! Histograms of values: counts in buckets of equal width between the smallest and the largest.
 
 use super::protobuf::Message;
 

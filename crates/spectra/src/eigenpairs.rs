@@ -1,4 +1,4 @@
-//! What a solver returns: pairs, and the facts of how it came by them.
+//! Results of a solver: pairs, and the facts of how it came by them.
 
 use faer::Mat;
 
@@ -17,7 +17,7 @@ pub struct Eigenpairs {
     pub convergence: Convergence,
 }
 
-/// What an eigensolve cost and how well it did. Not converging is a result, not an error.
+/// Cost of an eigensolve, and how well it did. Not converging is a result, not an error.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Convergence {
     /// Leading pairs with ‖Lv − λv‖ ≤ tol · λ_k and an estimated error of λ of at most tol² · λ_k.

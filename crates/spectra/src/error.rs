@@ -1,4 +1,4 @@
-//! What can be wrong with the input of an eigensolve.
+//! Errors of the input of an eigensolve.
 
 /// A parameter out of its range.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -12,7 +12,7 @@ pub struct ParameterError {
     pub rule: &'static str,
 }
 
-/// What can be wrong with a graph or with the parameters of an eigensolve.
+/// Error of a graph or of the parameters of an eigensolve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpectralError {

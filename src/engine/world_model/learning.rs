@@ -1,4 +1,4 @@
-//! What a step teaches: the graph, the potential of new states, and the goals.
+//! Lessons of a step: the graph, the potential of new states, and the goals.
 
 use super::WorldModel;
 use crate::engine::error::PipelineError;

@@ -28,7 +28,7 @@ pub use model::check_model;
 use super::Environment;
 use std::fmt;
 
-/// What the maker of a world knows about it.
+/// Facts that the maker of a world knows about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Expectations {
     /// After how many steps its episodes are truncated; `None` if they never are.

@@ -40,7 +40,7 @@ pub struct EdgeListGoal {
     pub reward: Option<f64>,
 }
 
-/// What makes a world of an [`EdgeList`].
+/// Parameters that make a world of an [`EdgeList`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeListParams {

@@ -6,7 +6,7 @@ use crate::env::layouts::{Cell, Direction, Layout, Tile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a [`GridWorld`](super::GridWorld) adds to its map.
+/// Parameters that a [`GridWorld`](super::GridWorld) adds to its map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GridWorldParams {

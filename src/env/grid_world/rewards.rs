@@ -1,4 +1,4 @@
-//! What a step on a map pays.
+//! Rewards of a step on a map.
 //!
 //! A step earns `step`; the one that enters a goal earns `step + bonus`, where the bonus is the goal's own number if it
 //! has one ([`GoalCell::reward`](crate::env::layouts::GoalCell::reward)), else the scheme's. A step is counted where it

@@ -33,7 +33,7 @@ const MAX_CELLS: usize = 100_000_000;
 
 /// A cell of a map, and the state of a [`GridWorld`](super::GridWorld): `row · cols + col`.
 ///
-/// Where it lies is known to the map: [`Layout::position`].
+/// Number of a cell. Where it lies is known to the map: [`Layout::position`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Cell(pub u32);
@@ -84,7 +84,7 @@ impl Direction {
     }
 }
 
-/// What a cell is made of.
+/// Kind of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tile {
     /// Cannot be entered.

@@ -1,4 +1,4 @@
-//! What makes an episodic task other than it seems: the best policy does not seek its goals, or cannot reach them in time.
+//! Cautions about an episodic task that is other than it seems: the best policy does not seek its goals, or cannot reach them in time.
 //!
 //! All are statements about the best policies of the world under its step limit, found by the same backward induction as
 //! the optimum, by breadth-first search, and by the best gain of its loops.

@@ -12,7 +12,7 @@ const TIE: f64 = 1e-12;
 /// A value that changes by no more than this, relative to the largest, has settled.
 const SETTLED: f64 = 1e-13;
 
-/// What the best policy earns and takes in an episode, in expectation over starts and chance.
+/// Return and length of an episode of the best policy, in expectation over starts and chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimum {
     /// Sum of rewards, undiscounted: R* of eq. 15 of the source paper.

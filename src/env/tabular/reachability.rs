@@ -1,4 +1,4 @@
-//! Who can get where: breadth-first search along transitions of positive probability.
+//! Reachability between states: breadth-first search along transitions of positive probability.
 
 use super::TabularMdp;
 

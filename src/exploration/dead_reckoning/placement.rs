@@ -1,4 +1,4 @@
-//! Where states lie when actions slip: the most likely positions, given how often each action led where.
+//! Places of states when actions slip: the most likely positions, given how often each action led where.
 //!
 //! ```text
 //! ℓ(s→s′, d) = Σ_a  k ln p(d|a) + (n − k) ln(1 − p(d|a)),     n = N(s, a),  k = N(s, a, s′)

@@ -4,7 +4,7 @@ use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How walks are drawn and vectors fitted to them. Perozzi et al. use 80 walks of 40 nodes, a window of 10 and 64
+/// Parameters of walks and of the vectors fitted to them. Perozzi et al. use 80 walks of 40 nodes, a window of 10 and 64
 /// dimensions on social networks; the defaults here are for graphs that are refreshed while they grow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -1,4 +1,4 @@
-//! Where a Matrix Market file is wrong, and which rule it breaks.
+//! Errors of a Matrix Market file: the place, and the rule that it breaks.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What came of the tried actions: questions to the model, all answered from the edges at one state.
+//! Outcomes of the tried actions: questions to the model, all answered from the edges at one state.
 
 use super::{TransitionGraph, TransitionStats, node, state_of};
 use crate::env::Action;

@@ -1,4 +1,4 @@
-//! What the page's script draws, as plain values.
+//! Data that the page's script draws, as plain values.
 
 use super::sights::{Sights, short};
 use crate::archive::{MedianInterval, ProbabilityInterval};

@@ -1,4 +1,4 @@
-//! What one seed saw, as the page draws it: φ, eigenvectors, visits and policy by place.
+//! Maps of one seed as the page draws them: φ, eigenvectors, visits and policy by place.
 //!
 //! A place is a cell of the map, a square of cells where the map is so large that single ones could not be seen, or
 //! a state where there is no map. Places are numbered in the order of discovery, so that every frame knows the first

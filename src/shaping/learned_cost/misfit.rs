@@ -1,4 +1,4 @@
-//! How far v is from the shape of the cost-to-go, at a sample of states.
+//! Misfit between v and the shape of the cost-to-go, at a sample of states.
 //!
 //! ```text
 //! misfit = mean_{i ∈ Y} (a v_i / d_i − 1)²,   a = Σ x_i / Σ x_i²,  x_i = v_i / d_i

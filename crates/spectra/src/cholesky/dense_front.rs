@@ -33,7 +33,7 @@ const SHARED: usize = 50_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BadPivot;
 
-/// What the pivots of a factorisation looked like.
+/// Facts of the pivots of a factorisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Pivots {
     /// Number of negative ones.
@@ -64,7 +64,7 @@ pub(crate) struct Front<'a> {
     pub(crate) update: &'a mut [f64],
 }
 
-/// Which signs pivots may have.
+/// Signs that pivots may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Definiteness {
     Positive,

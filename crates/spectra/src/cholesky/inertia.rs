@@ -1,4 +1,4 @@
-//! How many eigenvalues lie below μ, and how far rounding may have moved them.
+//! Inertia: how many eigenvalues lie below μ, and how far rounding may have moved them.
 //!
 //! The computed C S Cᵀ is the exact factorisation of L − μI + E. Each entry of E is a sum's rounding:
 //! |E| ≤ γ_t |C| |C|ᵀ, γ_t = t u / (1 − t u), with at most t terms in any entry (Higham, *Accuracy and

@@ -10,7 +10,7 @@ use super::permuted::PermutedLaplacian;
 use super::subtrees::{Incoming, Part};
 use super::supernodes::Shape;
 
-/// Where the eliminated columns go.
+/// Places for the eliminated columns.
 pub(crate) enum Columns<'a> {
     /// All of the factor's values.
     Kept(&'a mut [f64]),
@@ -27,7 +27,7 @@ pub(crate) struct Task<'a> {
     pub(crate) threads: usize,
 }
 
-/// What the elimination of a part leaves.
+/// Matrix that the elimination of a part leaves.
 #[derive(Debug, Default)]
 pub(crate) struct Remainder {
     pub(crate) pivots: Pivots,

@@ -1,4 +1,4 @@
-//! What growth leaves as it was: the subtrees of an elimination tree none of whose nodes has other
+//! The subtrees of an elimination tree that growth leaves as they were: none of their nodes has other
 //! neighbours than before.
 
 use super::etree::ROOT;

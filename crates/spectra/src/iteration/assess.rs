@@ -1,4 +1,4 @@
-//! When Ritz pairs are good enough.
+//! The tests by which Ritz pairs are good enough.
 //!
 //! A Ritz pair (θ, v) with residual r = ‖Lv − θv‖ lies within r of some eigenvalue, and within
 //! r² / gap of its own, where gap = η − θ and η is the lowest eigenvalue of L among vectors orthogonal
@@ -29,7 +29,7 @@ pub(crate) fn tolerance_floor(tol: f64, unit: f64, norm: f64) -> Option<f64> {
     (floor > tol).then_some(floor)
 }
 
-/// How far the wanted pairs are from what was asked.
+/// Distance of the wanted pairs from what was asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Assessment {
     /// Leading pairs that are good enough.

@@ -12,7 +12,7 @@ use crate::{SpectralError, SymmetricOperator};
 use faer::{Mat, MatRef};
 use rand_chacha::ChaCha8Rng;
 
-/// Which end of the spectrum is wanted.
+/// End of the spectrum that is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     Smallest,

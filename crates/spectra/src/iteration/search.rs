@@ -63,7 +63,7 @@ pub(crate) struct Search<'a> {
 /// there.
 pub(crate) const PROOF_LIMIT: usize = 1500;
 
-/// What a search found; the vectors are in its block.
+/// Result of a search; the vectors are in its block.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) outcome: Outcome,
@@ -73,7 +73,7 @@ pub(crate) struct Found {
     pub(crate) spare: RowBlock,
 }
 
-/// What a search begins with: the vectors of the last update, and what they let expect.
+/// Beginning of a search: the vectors of the last update, and what they let expect.
 #[derive(Debug)]
 pub(crate) struct Start {
     pub(crate) vectors: WarmStart,

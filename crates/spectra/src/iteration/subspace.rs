@@ -37,7 +37,7 @@ const LEAST_ADMIXTURE: f64 = 1e-8;
 /// Rounds without a halving of the excess after which nothing more is to be hoped for.
 const PATIENCE: usize = 5;
 
-/// What the first round starts from.
+/// Start of the first round.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     /// Guess of the first eigenvalue that the block does not hold.
@@ -49,7 +49,7 @@ pub(crate) struct Plan {
     pub(crate) gains: GainHistory,
 }
 
-/// What is asked of an iteration.
+/// Accuracy that is asked of an iteration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
     /// Pairs wanted besides the null vectors.

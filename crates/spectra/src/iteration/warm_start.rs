@@ -1,4 +1,4 @@
-//! What an update keeps for the next one, and for whoever asks for its vectors.
+//! The warm start that an update keeps for the next one, and for whoever asks for its vectors.
 //!
 //! The block of Ritz vectors stays as the search left it, rows in elimination order, guards included:
 //! nothing is copied until somebody needs it.

@@ -28,7 +28,7 @@ const MOST_FILL: f64 = 5e8;
 /// log2 of the random words set aside for each refresh.
 const WORDS_PER_REFRESH: u32 = 40;
 
-/// What a refresh did.
+/// Facts of a refresh.
 #[derive(Clone, Debug)]
 pub struct SpectrumRefresh {
     /// Nodes of the graph.

@@ -1,4 +1,4 @@
-//! Which way a refresh found its pairs, and why that way.
+//! The route by which a refresh found its pairs, and why that one.
 
 /// How a refresh found its pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use crate::{
 };
 use std::time::Instant;
 
-/// How to follow a growing graph.
+/// Parameters of following a growing graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackParams {
     /// Pairs to keep; 1 ≤ k ≤ n.
