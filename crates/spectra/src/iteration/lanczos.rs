@@ -12,13 +12,6 @@ use crate::{SpectralError, SymmetricOperator};
 use faer::{Mat, MatRef};
 use rand_chacha::ChaCha8Rng;
 
-/// End of the spectrum that is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wanted {
-    Smallest,
-    Largest,
-}
-
 /// A block Lanczos factorisation that can grow and be restarted.
 pub(crate) struct BlockLanczos<'a, A> {
     operator: &'a A,
@@ -103,15 +96,11 @@ impl<'a, A: SymmetricOperator> BlockLanczos<'a, A> {
         self.len = end;
     }
 
-    /// The pairs of T, with residual norms ‖R Eᵀ y‖.
-    pub(crate) fn ritz_pairs(&self, wanted: Wanted) -> Result<RitzPairs, SpectralError> {
+    /// The pairs of T, ascending, with residual norms ‖R Eᵀ y‖.
+    pub(crate) fn ritz_pairs(&self) -> Result<RitzPairs, SpectralError> {
         let p = self.len;
-        let (mut values, mut coefficients) =
+        let (values, coefficients) =
             symmetric_eigen(self.projected.as_ref().submatrix(0, 0, p, p))?;
-        if wanted == Wanted::Largest {
-            values.reverse();
-            coefficients = coefficients.as_ref().reverse_cols().to_owned();
-        }
         let edge = &self.coupling * coefficients.subrows(p - self.block, self.block);
         let residuals = (0..p).map(|j| edge.col(j).norm_l2()).collect();
         Ok(RitzPairs {
@@ -169,7 +158,7 @@ mod tests {
             lanczos.expand();
             assert!(relation_error(&lanczos) < 1e-13);
         }
-        let pairs = lanczos.ritz_pairs(Wanted::Smallest).unwrap();
+        let pairs = lanczos.ritz_pairs().unwrap();
         lanczos.restart(&pairs, 10);
         lanczos.expand();
         assert!(relation_error(&lanczos) < 1e-13);
@@ -190,7 +179,7 @@ mod tests {
             lanczos.expand();
         }
         assert!(relation_error(&lanczos) < 1e-12);
-        let pairs = lanczos.ritz_pairs(Wanted::Smallest).unwrap();
+        let pairs = lanczos.ritz_pairs().unwrap();
         assert!(pairs.values[0].abs() < 1e-12 && pairs.values[1] > 1e-4);
     }
 }

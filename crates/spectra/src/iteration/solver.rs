@@ -6,7 +6,7 @@
 //! far fewer steps.
 
 use super::assess::assess;
-use super::lanczos::{BlockLanczos, RitzPairs, Wanted};
+use super::lanczos::{BlockLanczos, RitzPairs};
 use crate::dense::symmetric_eigen;
 use crate::eigenpairs::{Convergence, Eigenpairs};
 use crate::random::stream;
@@ -137,7 +137,7 @@ fn restarted<A: SymmetricOperator>(
             lanczos.expand();
             applications += lanczos.len() - before;
         }
-        let pairs = lanczos.ritz_pairs(Wanted::Smallest)?;
+        let pairs = lanczos.ritz_pairs()?;
         let norm = pairs.values.last().map_or(0.0, |v| v.abs());
         let assessment = assess(&pairs.values, &pairs.residuals, k, params.tol, norm);
         if assessment.converged == k || restarts == params.max_restarts {
