@@ -135,7 +135,7 @@ fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm,
             right: Box::new(Choices::near(name, known.collect())),
         }
     };
-    Ok(laid.ok_or_else(unknown)?)
+    laid.ok_or_else(unknown)
 }
 
 /// A comparison under way.
