@@ -43,7 +43,7 @@ impl Explorer {
         let env = GridWorld::new(layout.clone(), Default::default(), rng);
         Self {
             env: env.expect("the map is fine"),
-            walker: world.walker(number),
+            walker: Walker::new(world, number),
             agent: build_agent(&AgentParams::default(), 4, 1.0, own_seed),
         }
     }

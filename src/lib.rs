@@ -1,6 +1,46 @@
 //! **eigentrail turns the graph an agent is still discovering into a reward it can follow.**
 //!
-//! The modules, in the order in which data flows through them:
+//! As an agent explores an unknown MDP, the graph of visited states grows; the lowest eigenvectors of its Laplacian are kept
+//! up to date; a small graph network is re-fitted on them now and then; its output is the potential φ of a reward shaping
+//! R′ = R + γφ(s′) − φ(s) that leaves optimal policies optimal, and advice on where to go.
+//!
+//! # In a loop of your own
+//!
+//! ```
+//! use eigentrail::{Action, PipelineParams, ShapingPipeline, Step, StepStatus};
+//!
+//! // Nine rooms in a row; action 0 goes on, action 1 stays; the last room ends the episode.
+//! let step = |room: u32, action: Action| {
+//!     let state = if action == Action(0) { room + 1 } else { room };
+//!     let status = if state == 8 { StepStatus::Terminated } else { StepStatus::Running };
+//!     Step { state, reward: -1.0, status }
+//! };
+//! let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 2, None, 0)?;
+//! for _episode in 0..2 {
+//!     let mut room = 0;
+//!     pipeline.begin_episode(&room);
+//!     loop {
+//!         // Your agent chooses; this one does as it is advised.
+//!         let action = Action(u16::from(pipeline.advice()[1] > pipeline.advice()[0]));
+//!         let step = step(room, action);
+//!         let seen = pipeline.observe(action, &step)?;
+//!         let _reward_to_learn_from = step.reward + seen.shaping;
+//!         room = step.state;
+//!         if step.status.is_last() {
+//!             break;
+//!         }
+//!     }
+//! }
+//! // φ rises towards the goal: each step on is paid, each step back costs.
+//! let phi = pipeline.potential().values();
+//! assert!(phi.windows(2).all(|pair| pair[0] < pair[1]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Several explorers that share what they find take a [`WorldModel`] and a [`Walker`] each; [`Engine`] is the whole loop
+//! with one of the [learners](agent); `eigentrail run` is a program around it.
+//!
+//! # The modules, in the order in which data flows
 //!
 //! - [`env`](mod@env): worlds. [`env::Environment`] and the grid worlds, mazes and edge lists behind it.
 //! - [`graph`]: the graph of visited states, growing in place.
@@ -16,6 +56,19 @@
 //! - `report`: pages, tables and figures made of that.
 //! - `serve`, `export`: a run in the browser while it goes on, and for other programs afterwards.
 //! - `telemetry`, `tensorboard`: what is said while they run, to programs and to TensorBoard.
+//!
+//! # Limitations
+//!
+//! - States are compared for equality and hashed: a world of real numbers has to be cut into cells first. At most 2³² − 1
+//!   states and 65 536 actions, the same in every state.
+//! - Every state where an episode terminated is taken for a goal, whatever it paid, until an episode goes on there: φ leads
+//!   to lava as well as to the exit.
+//! - Shaping leaves the optimal policies what they are; the *advice* is no reward and has no such proof. An agent that must
+//!   be free of it sets `exploration.kind = "none"`.
+//! - A fit looks at the whole graph, in O((n + transitions) log n); the schedule sees to it that fits become rarer as the
+//!   graph grows.
+//! - Equal inputs give equal bytes, at any number of threads, on x86-64 with AVX2 and FMA; elsewhere results differ in
+//!   rounding.
 //!
 //! # Features
 //!
@@ -68,6 +121,17 @@ pub mod tensorboard;
 #[cfg(feature = "runner")]
 mod time_stamp;
 mod vector_state;
+
+pub use agent::{Agent, AnyAgent};
+pub use engine::{
+    Engine, Observed, PipelineError, PipelineParams, ShapingPipeline, Walker, WorldModel,
+};
+pub use env::{Action, Environment, Step, StepStatus};
+pub use faer;
+pub use graph::{StateGraph, StateId};
+pub use parameter::ParameterError;
+pub use shaping::Potential;
+pub use spectral::GrowingEigensolver;
 
 /// The examples of README.md and docs.
 #[cfg(doctest)]

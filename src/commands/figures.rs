@@ -1,23 +1,21 @@
 //! `eigentrail figures`: pictures of a scenario, from runs made for the purpose.
 
 use super::observers::EventKeeper;
+use super::runs_for_figures::{SPARSE, run};
 use super::{BadInput, Ending, Interrupted, gallery, require_writable, write_text};
 use crate::cli;
 use crate::output::print;
 use crate::signals;
 use anyhow::{Context, Result, bail};
+use eigentrail::archive::ArchiveError;
 use eigentrail::archive::files::TemporaryFolder;
-use eigentrail::archive::{ArchiveError, Existing, RecordedRun};
 use eigentrail::error::Error;
 use eigentrail::report::overview;
-use eigentrail::runner::{self, Observers, RunRequest, RunStart, Watch};
-use eigentrail::scenario::{Loaded, Scenario, World};
+use eigentrail::runner::{Observers, RunStart, Watch};
+use eigentrail::scenario::{Scenario, World};
 use eigentrail::telemetry::Telemetry;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-
-/// The arm to compare with: nothing but the environment's own reward.
-pub(super) const SPARSE: [&str; 2] = ["shaping.potential=none", "exploration.kind=none"];
 
 pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let stop = signals::stop_flag();
@@ -58,26 +56,4 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     write_text(out, &svg)?;
     print(&format!("written to {}", out.display()));
     Ok(Ending::Done)
-}
-
-/// Runs seeds 0, 1, 2 … of a scenario, every one to its end, and reads them back.
-pub(super) fn run(
-    loaded: &Loaded,
-    seeds: u64,
-    folder: &Path,
-    watch: Watch<'_>,
-) -> Result<RecordedRun> {
-    for seed in 0..seeds {
-        let request = RunRequest {
-            seed,
-            out: Some(folder.to_owned()),
-            existing: Existing::Resume,
-            arguments: super::arguments(),
-        };
-        let ran = runner::run(loaded, &request, watch).map_err(Error::from)?;
-        if !ran.outcome.result.finished {
-            bail!(Interrupted); // less than all the seeds would be a false picture
-        }
-    }
-    Ok(RecordedRun::read(folder).map_err(Error::from)?)
 }

@@ -1,13 +1,13 @@
 //! `eigentrail figures --all`: the source paper's figures 4 to 9, from runs made for the purpose.
 
-use super::figures::{SPARSE, run};
+use super::runs_for_figures::{SPARSE, run};
 use super::{Ending, Interrupted, require_writable_folder, write_text};
 use crate::output::print;
 use anyhow::{Context, Result, bail};
 use eigentrail::archive::RecordedRun;
 use eigentrail::archive::files::TemporaryFolder;
 use eigentrail::error::Error;
-use eigentrail::report::{ReportRuns, counterparts, figures_page};
+use eigentrail::report::{PaperRuns, counterparts, figures_page};
 use eigentrail::runner::Watch;
 use eigentrail::scenario::{Scenario, report_scenarios};
 use std::path::Path;
@@ -32,7 +32,7 @@ pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: Watch<'_>) -> R
         let into = folder.path().join(format!("{name}-{}", more.len()));
         run(&loaded, seeds, &into, watch)
     };
-    let runs = ReportRuns {
+    let runs = PaperRuns {
         graph: go("fig4_graph", &[], 1)?,
         reward: go("fig5_reward", &[], 1)?,
         scale: go("fig6_scale", &[], 1)?,

@@ -11,6 +11,7 @@ mod potential;
 mod progress;
 mod report;
 mod run;
+mod runs_for_figures;
 mod show;
 mod threads;
 mod track;

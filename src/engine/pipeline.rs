@@ -41,7 +41,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         seed: u64,
     ) -> Result<Self, ParameterError> {
         let world = WorldModel::new(params, num_actions, agent_features, seed)?;
-        let walker = world.walker(0);
+        let walker = Walker::new(&world, 0);
         Ok(Self { world, walker })
     }
 

@@ -13,7 +13,6 @@ use crate::env::{Action, Step};
 use crate::exploration::Explorer;
 use crate::graph::StateId;
 use crate::shaping::{Potential, RewardShaper};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
@@ -49,14 +48,15 @@ pub struct Observed {
 }
 
 impl Walker {
-    /// A walker that stands nowhere yet; see [`WorldModel::walker`].
-    pub(super) fn new(gamma: f64, num_actions: usize, rng: ChaCha8Rng) -> Self {
+    /// A walker on `world` that stands nowhere yet. Walkers of different numbers draw from different random streams.
+    pub fn new<S: Clone + Eq + Hash>(world: &WorldModel<S>, number: u32) -> Self {
+        let num_actions = world.transitions().num_actions();
         Self {
             state: StateId(0),
             start: StateId(0),
             in_episode: false,
-            shaper: RewardShaper::new(gamma),
-            explorer: Explorer::new(rng),
+            shaper: RewardShaper::new(world.gamma()),
+            explorer: Explorer::new(world.exploration_stream(number)),
             advice: vec![0.0; num_actions],
         }
     }

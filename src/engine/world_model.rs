@@ -14,7 +14,6 @@ mod refresh;
 use super::goal_statistics::GoalStatistics;
 use super::params::PipelineParams;
 use super::schedule::RefreshSchedule;
-use super::walker::Walker;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationModel, Explorer};
 use crate::features::{FeatureSet, FeatureSource};
 use crate::graph::{StateGraph, StateId, TransitionGraph};
@@ -26,10 +25,11 @@ use crate::shaping::{
 };
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
-/// Knowledge of a world over any hashable state, shared by the [walkers](Walker) in it. Memory O(states + transitions + n k).
+/// Knowledge of a world over any hashable state, shared by the [walkers](super::Walker) in it. Memory O(states + transitions + n k).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S: Serialize",
@@ -99,10 +99,9 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         })
     }
 
-    /// A walker that stands nowhere yet. Walkers of different numbers draw from different random streams.
-    pub fn walker(&self, number: u32) -> Walker {
-        let rng = seeds::substream(self.seed, Stream::Exploration, number);
-        Walker::new(self.gamma, self.graph.transitions().num_actions(), rng)
+    /// The discount in F.
+    pub fn gamma(&self) -> f64 {
+        self.gamma
     }
 
     /// Environment steps observed so far, of all walkers together.
@@ -183,6 +182,11 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             self.look_ahead_from(StateId(s as u32), row);
         }
         advice
+    }
+
+    /// The generator of the explorer with this number.
+    pub(super) fn exploration_stream(&self, number: u32) -> ChaCha8Rng {
+        seeds::substream(self.seed, Stream::Exploration, number)
     }
 
     /// What explorers share, and the graph that it is about; none without the `frontier` exploration.

@@ -11,6 +11,7 @@
 //! action's outcomes are spread.
 
 pub mod action_noise;
+mod moves;
 mod placement;
 pub mod relocation;
 

@@ -25,7 +25,7 @@
 //! assert_eq!(graph.transitions().adjacency().degree(0), 1.0);
 //! ```
 
-mod adjacency;
+pub mod adjacency;
 pub mod connectivity;
 pub mod dot;
 mod error;
@@ -35,7 +35,7 @@ pub mod graphml;
 pub mod matrix_market;
 mod slack_rows;
 mod state_graph;
-mod transition_graph;
+pub mod transition_graph;
 
 pub use adjacency::Adjacency;
 pub use connectivity::{HopSearch, Links};

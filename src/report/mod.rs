@@ -15,7 +15,7 @@ mod validity;
 pub use ansi::Ink;
 pub(crate) use color::viridis_rgb;
 pub use comparison_table::{TableStyle, render_comparison, render_overview};
-pub use figure::{Figure, ReportRuns, counterparts, figures_page, overview};
+pub use figure::{Figure, PaperRuns, counterparts, figures_page, overview};
 pub use map::{Charset, Look, draw_map, draw_policy, draw_values, fitting_note};
 pub use page::{html_comparison, html_report, live_page, report_data};
 pub use run_line::RunLine;

@@ -35,11 +35,27 @@ where
         agent_features,
         seed,
     )?;
+    Ok(with_true_distances(
+        scenario,
+        Engine::new(world, pipeline, agent),
+    ))
+}
+
+/// The same engine, whose oracle potential, if it is one, will be told the true distances of states as they are discovered.
+/// [`build_engine`] has done so; an engine that was read back needs it again, because the hook is no part of its state.
+pub fn with_true_distances<E>(
+    scenario: &Scenario,
+    engine: Engine<E, AnyAgent>,
+) -> Engine<E, AnyAgent>
+where
+    E: Model + Clone + Send + 'static,
+    E::State: Send,
+{
     if scenario.shaping.potential != PotentialKind::Oracle {
-        return Ok(Engine::new(world, pipeline, agent));
+        return engine;
     }
-    let oracle = oracle(&world);
-    Ok(Engine::new(world, pipeline, agent).with_true_distances(oracle))
+    let oracle = oracle(engine.env());
+    engine.with_true_distances(oracle)
 }
 
 /// Puts `world`, the same with other goals, in the place of the present one between two episodes. The agent is not

@@ -12,9 +12,12 @@ pub(super) trait Places<S> {
     /// Row and column of a state, or its name.
     fn label(&self, state: &S) -> Vec<String>;
 
-    /// The map and the cell of a state, if there is one.
-    fn map(&self) -> Option<(&Layout, fn(&S) -> Cell)>;
+    /// The map, if there is one.
+    fn map(&self) -> Option<Map<'_, S>>;
 }
+
+/// Map, and the cell of a state on it.
+pub(super) type Map<'a, S> = (&'a Layout, fn(&S) -> Cell);
 
 /// Places on a map.
 impl Places<Cell> for Layout {
@@ -23,7 +26,7 @@ impl Places<Cell> for Layout {
         vec![row.to_string(), col.to_string()]
     }
 
-    fn map(&self) -> Option<(&Layout, fn(&Cell) -> Cell)> {
+    fn map(&self) -> Option<Map<'_, Cell>> {
         Some((self, |cell| *cell))
     }
 }
@@ -34,7 +37,7 @@ impl Places<MdpState> for Vec<String> {
         vec![self[state.index()].clone()]
     }
 
-    fn map(&self) -> Option<(&Layout, fn(&MdpState) -> Cell)> {
+    fn map(&self) -> Option<Map<'_, MdpState>> {
         None
     }
 }

@@ -125,8 +125,8 @@ mod tests {
     use super::*;
     use crate::archive::{read_snapshots, write_snapshots};
     use crate::engine::{PipelineParams, ShapingPipeline};
-    use crate::env::{Action, Cell, Layout, Step, StepStatus};
-    use crate::runner::places::{Places, knowledge};
+    use crate::env::{Action, Step, StepStatus};
+    use crate::runner::places::{Map, Places, knowledge};
 
     /// States without a map.
     struct Nowhere;
@@ -136,7 +136,7 @@ mod tests {
             vec![state.to_string()]
         }
 
-        fn map(&self) -> Option<(&Layout, fn(&u32) -> Cell)> {
+        fn map(&self) -> Option<Map<'_, u32>> {
             None
         }
     }

@@ -76,7 +76,7 @@ pub fn probability_of_improvement(ours: &[f64], theirs: &[f64]) -> f64 {
     ours.iter().map(wins).sum::<f64>() / (ours.len() * theirs.len()) as f64
 }
 
-/// How resamples are drawn. Equal values give equal intervals, whoever calls when.
+/// Number and seed of resamples. Equal values give equal intervals, whoever calls when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bootstrap {
     /// Number of resamples; at least 1.

@@ -14,9 +14,13 @@
 //! EIGENTRAIL_GOLDEN_RUNNER="qemu-x86_64 -cpu Haswell" cargo test --locked --test golden
 //! ```
 //!
+//! The same scenarios are also written down in the middle of an episode, read back by another process and played on:
+//! `continued/…`. What comes after must not depend on that.
+//!
 //! Sums have one order on every x86-64 processor with AVX2 and FMA. Without those, the dense kernels of faer use
 //! narrower registers and round otherwise: there the tests are ignored, and listed so.
 
+mod continued;
 mod results;
 
 use eigentrail_testing::graphs;
@@ -28,19 +32,23 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
 fn main() -> ExitCode {
+    if let Some(order) = continued::Order::of_this_process() {
+        return continued::obey(&order);
+    }
     let arguments = Arguments::from_args();
     let file = folder().join("hashes.txt");
     if std::env::var("EIGENTRAIL_GOLDEN").as_deref() == Ok("write") {
         return remake(arguments, &file);
     }
     let golden = Arc::new(results::read(&file));
-    let trials = subjects().into_iter().map(|subject| {
+    let results = subjects().into_iter().map(|subject| {
         let golden = Arc::clone(&golden);
         let name = subject.name();
         Trial::test(name, move || compare(&subject, &golden))
             .with_ignored_flag(!one_order_of_sums())
     });
-    libtest_mimic::run(&arguments, trials.collect()).exit_code()
+    let continued = scenarios().into_iter().map(continued::trial);
+    libtest_mimic::run(&arguments, results.chain(continued).collect()).exit_code()
 }
 
 /// Whether the processor is one of those for which equal results are promised.
@@ -56,14 +64,19 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-/// Every scenario beside this file, and graphs of several kinds.
-fn subjects() -> Vec<Subject> {
+/// The files of the scenarios.
+fn scenarios() -> Vec<PathBuf> {
     let files = std::fs::read_dir(folder().join("scenarios")).expect("the folder of scenarios");
     let mut scenarios: Vec<PathBuf> = files
         .map(|file| file.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|e| e == "toml"))
         .collect();
     scenarios.sort();
+    scenarios
+}
+
+/// Every scenario, and graphs of several kinds.
+fn subjects() -> Vec<Subject> {
     let grid = graphs::discovered(&graphs::grid(48, 50), 1);
     let parts = [graphs::grid(30, 30), graphs::star(400), graphs::cycle(500)];
     let weighted: Vec<(usize, usize, f64)> = (0..1600)
@@ -106,7 +119,7 @@ fn subjects() -> Vec<Subject> {
             flags("-k 6 --method full --growth 0.5"),
         ),
     ];
-    let scenarios = scenarios.into_iter().map(Subject::Scenario);
+    let scenarios = scenarios().into_iter().map(Subject::Scenario);
     let tracks = graphs
         .into_iter()
         .map(|(name, graph, flags)| Subject::Graph {

@@ -51,12 +51,64 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "spectral",
         ],
     ),
-    ("tensorboard", &[]),
+    ("statistics", &[]),
+    ("archive", &["scenario"]),
+    (
+        "runner",
+        &[
+            "agent",
+            "archive",
+            "engine",
+            "env",
+            "features",
+            "gcn",
+            "graph",
+            "scenario",
+            "shaping",
+            "spectral",
+            "statistics",
+        ],
+    ),
+    (
+        "report",
+        &["archive", "env", "exploration", "scenario", "statistics"],
+    ),
+    ("export", &["archive", "env", "graph"]),
+    (
+        "serve",
+        &["archive", "report", "runner", "scenario", "statistics"],
+    ),
+    (
+        "tensorboard",
+        &[
+            "archive",
+            "env",
+            "report",
+            "runner",
+            "shaping",
+            "spectral",
+            "statistics",
+        ],
+    ),
     ("telemetry", &[]),
 ];
 
+/// Crates that only the feature `cli` brings.
+const OF_THE_PROGRAM: [&str; 10] = [
+    "anyhow",
+    "clap",
+    "comfy_table",
+    "crc32c",
+    "httparse",
+    "indicatif",
+    "png",
+    "terminal_size",
+    "tracing_subscriber",
+    "zip",
+];
+
 /// Parts that say nothing to logs.
-const SILENT: [&str; 13] = [
+const SILENT: [&str; 14] = [
     "agent",
     "env",
     "exploration",
@@ -69,6 +121,7 @@ const SILENT: [&str; 13] = [
     "serve",
     "shaping",
     "spectral",
+    "statistics",
     "tensorboard",
 ];
 
@@ -131,6 +184,30 @@ fn parts_import_what_they_may_and_nothing_else() {
         imports("engine").contains("shaping"),
         "imports are found at all"
     );
+}
+
+/// Whoever imports stands below what it imports: so there are no circles of parts.
+#[test]
+fn the_table_has_no_circles() {
+    for (i, (part, allowed)) in ALLOWED.iter().enumerate() {
+        for import in *allowed {
+            let above = ALLOWED[..i].iter().any(|(name, _)| name == import);
+            assert!(above, "{import} does not stand above {part}");
+        }
+    }
+}
+
+#[test]
+fn experiments_are_run_without_what_shows_them() {
+    for part in ["scenario", "statistics", "archive", "runner"] {
+        for file in files(&root().join("src").join(part)) {
+            let code = code(&file);
+            for name in OF_THE_PROGRAM {
+                let path = format!("{name}::");
+                assert!(!code.contains(&path), "{}: {path}", file.display());
+            }
+        }
+    }
 }
 
 #[test]

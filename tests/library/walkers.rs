@@ -41,7 +41,7 @@ impl Team {
     fn new(size: u32, side: usize, seed: u64) -> Self {
         let world = WorldModel::new(&PipelineParams::default(), 4, None, seed).unwrap();
         let members = (0..size)
-            .map(|i| (open(side, seed + u64::from(i)), world.walker(i)))
+            .map(|i| (open(side, seed + u64::from(i)), Walker::new(&world, i)))
             .collect();
         Self {
             world,

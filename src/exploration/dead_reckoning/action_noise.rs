@@ -3,9 +3,8 @@
 //! A table of outcomes per state knows little before every action was tried many times in it. Where actions do the same
 //! everywhere, each try anywhere is a try of all of them.
 
-use super::placement::{Moves, Placement};
+use super::moves::Moves;
 use crate::env::Action;
-use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
 
 /// Probabilities are kept this far from 0 and 1, for their logarithms.
@@ -27,7 +26,7 @@ impl ActionNoise {
         Self::normalised(moves.num_actions(), Self::pseudo_counts(moves))
     }
 
-    fn pseudo_counts(moves: &Moves) -> Vec<f64> {
+    pub(super) fn pseudo_counts(moves: &Moves) -> Vec<f64> {
         let num_actions = moves.num_actions();
         let mut counts = vec![1.0; num_actions * num_actions];
         for a in 0..num_actions {
@@ -37,7 +36,8 @@ impl ActionNoise {
         counts
     }
 
-    fn normalised(num_actions: usize, mut counts: Vec<f64>) -> Self {
+    /// Counts by action and displacement, row-major, as shares.
+    pub(super) fn normalised(num_actions: usize, mut counts: Vec<f64>) -> Self {
         for row in counts.chunks_mut(num_actions) {
             let total: f64 = row.iter().sum();
             row.iter_mut().for_each(|count| *count /= total);
@@ -49,36 +49,6 @@ impl ActionNoise {
             logs: counts.iter().map(logs).collect(),
             shares: counts,
         }
-    }
-
-    /// Counts the moves of a placement, on top of the prior. Also says how many different transitions are displacements,
-    /// and how many are none. O(transitions · actions).
-    pub(super) fn count(moves: &Moves, placement: &Placement<'_>) -> (Self, u64, u64) {
-        let mut counts = Self::pseudo_counts(moves);
-        let (mut agree, mut disagree) = (0, 0);
-        for (s, position) in placement.positions.iter().enumerate() {
-            let from = StateId(s as u32);
-            for outcome in placement
-                .outcomes(from)
-                .filter(|outcome| outcome.next != from)
-            {
-                let next = &placement.positions[outcome.next.index()];
-                let ends = position.as_ref().zip(next.as_ref());
-                match ends.and_then(|(from, to)| moves.between(from, to)) {
-                    Some(d) => {
-                        agree += 1;
-                        let place = outcome.action.index() * moves.num_actions() + d;
-                        counts[place] += f64::from(outcome.count);
-                    }
-                    None => disagree += 1,
-                }
-            }
-        }
-        (
-            Self::normalised(moves.num_actions(), counts),
-            agree,
-            disagree,
-        )
     }
 
     /// p(d|a), where displacements are named after the actions that mean them.

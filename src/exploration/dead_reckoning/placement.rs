@@ -13,8 +13,9 @@
 
 use super::Occupied;
 use super::action_noise::ActionNoise;
+use super::moves::Moves;
 use crate::env::Action;
-use crate::graph::{Outcome, StateId, TransitionGraph};
+use crate::graph::{StateId, TransitionGraph};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -22,30 +23,6 @@ use std::collections::BinaryHeap;
 const IMPOSSIBLE: f64 = -30.0;
 /// Nothing that is possible is less likely: the model may be wrong.
 const UNLIKELY: f64 = -20.0;
-
-/// The moves of a world: δ of each action, and which action undoes which.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Moves {
-    pub shifts: Vec<Vec<i32>>,
-    pub inverse: Vec<usize>,
-}
-
-impl Moves {
-    pub fn num_actions(&self) -> usize {
-        self.shifts.len()
-    }
-
-    /// Which action's δ leads from one position to the other.
-    pub fn between(&self, from: &[i32], to: &[i32]) -> Option<usize> {
-        let reaches = |shift: &Vec<i32>| {
-            from.iter()
-                .zip(shift)
-                .zip(to)
-                .all(|((a, b), c)| a + b == *c)
-        };
-        self.shifts.iter().position(reaches)
-    }
-}
 
 /// A state next to placed ones: by how much its best place is more likely than the second best.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,9 +81,30 @@ impl<'a> Placement<'a> {
         placement
     }
 
-    /// What came of the actions in `state`.
-    pub fn outcomes(&self, state: StateId) -> impl Iterator<Item = Outcome> + '_ {
-        self.graph.outcomes(state)
+    /// The noise that these positions speak of, counted on top of the prior. Also how many different transitions are
+    /// displacements, and how many are none. O(transitions · actions).
+    pub fn count_noise(&self) -> (ActionNoise, u64, u64) {
+        let num_actions = self.moves.num_actions();
+        let mut counts = ActionNoise::pseudo_counts(self.moves);
+        let (mut agree, mut disagree) = (0, 0);
+        for (s, position) in self.positions.iter().enumerate() {
+            let from = StateId(s as u32);
+            let outcomes = self.graph.outcomes(from);
+            for outcome in outcomes.filter(|outcome| outcome.next != from) {
+                let next = &self.positions[outcome.next.index()];
+                let ends = position.as_ref().zip(next.as_ref());
+                match ends.and_then(|(from, to)| self.moves.between(from, to)) {
+                    Some(d) => {
+                        agree += 1;
+                        let place = outcome.action.index() * num_actions + d;
+                        counts[place] += f64::from(outcome.count);
+                    }
+                    None => disagree += 1,
+                }
+            }
+        }
+        let noise = ActionNoise::normalised(num_actions, counts);
+        (noise, agree, disagree)
     }
 
     /// Where ℓ of the edge from `from` to its neighbour `to` begins.

@@ -5,7 +5,8 @@
 //! as a whole: the share of the transitions seen that are displacements at all.
 
 use super::action_noise::ActionNoise;
-use super::placement::{Moves, Placement};
+use super::moves::Moves;
+use super::placement::Placement;
 use super::{DeadReckoning, MAX_ACTIONS, Position};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
@@ -91,7 +92,7 @@ impl DeadReckoning {
             .take()
             .unwrap_or_else(|| ActionNoise::prior(&moves));
         let placement = Placement::new(graph, &moves, &guess);
-        let (noise, agree, disagree) = ActionNoise::count(&moves, &placement);
+        let (noise, agree, disagree) = placement.count_noise();
         let (positions, occupied) = (placement.positions, placement.occupied);
         self.noise = Some(noise);
         if positions.iter().all(Option::is_some) {

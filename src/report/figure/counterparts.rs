@@ -12,7 +12,7 @@ use std::collections::HashMap;
 /// The runs that the figures are made of, one for each file of `scenarios/report/`; of two, the second is without
 /// potential and exploration.
 #[derive(Clone, Debug)]
-pub struct ReportRuns {
+pub struct PaperRuns {
     /// Figure 4.
     pub graph: RecordedRun,
     /// Figure 5, and 6 (a).
@@ -51,7 +51,7 @@ const TOP: f64 = 34.0;
 ///
 /// # Panics
 /// If a run has no map.
-pub fn counterparts(runs: &ReportRuns) -> Vec<Figure> {
+pub fn counterparts(runs: &PaperRuns) -> Vec<Figure> {
     vec![
         fig4(&runs.graph),
         fig5(&runs.reward),

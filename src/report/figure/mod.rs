@@ -7,7 +7,7 @@ mod index;
 mod overview;
 mod panel;
 
-pub use counterparts::{Figure, ReportRuns, counterparts};
+pub use counterparts::{Figure, PaperRuns, counterparts};
 pub use index::figures_page;
 pub use overview::overview;
 

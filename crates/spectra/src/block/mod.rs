@@ -6,4 +6,5 @@ pub(crate) mod simd;
 mod tiles;
 
 pub(crate) use rayleigh_ritz::{Ritz, gram, gram_and_product, ritz, rotate};
-pub(crate) use row_block::{LANES, RowBlock};
+pub(crate) use row_block::RowBlock;
+pub(crate) use simd::LANES;

@@ -4,10 +4,7 @@
 //! touches one stretch of memory and serves all vectors at once. The width is a multiple of
 //! [`LANES`] and rows start on cache lines, so that rows are whole SIMD registers.
 
-use super::simd;
-
-/// Numbers in a cache line, and in the widest SIMD register in use.
-pub(crate) const LANES: usize = 8;
+use super::simd::{self, LANES};
 
 /// Alignment of the first row in bytes.
 const CACHE_LINE: usize = 64;

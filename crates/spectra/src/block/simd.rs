@@ -4,10 +4,12 @@
 //! and never the order of any column's sums. Threads share the rows in stretches of fixed length,
 //! whose partial sums are added in order: results do not depend on the number of threads.
 
-use super::row_block::LANES;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
+
+/// Numbers in a cache line, and in the widest SIMD register in use.
+pub(crate) const LANES: usize = 8;
 
 /// Rows in a stretch: the unit that threads share.
 pub(crate) const STRETCH: usize = 2048;

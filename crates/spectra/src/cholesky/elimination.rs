@@ -55,12 +55,18 @@ impl EliminationOrder {
         };
         let is_stale = n as f64 > REGROWN * previous.ordered_whole as f64;
         let unchanged = if is_stale {
-            UnchangedSubtrees::nothing(previous)
+            UnchangedSubtrees::nothing(previous.node.len())
         } else {
-            UnchangedSubtrees::new(previous, &fingerprint)
+            UnchangedSubtrees::new(&previous.parent, previous.changed(&fingerprint))
         };
         let rest = appended(laplacian, previous, &unchanged);
         ordered(laplacian, (previous, &unchanged), &rest, fingerprint)
+    }
+
+    /// By position: whether the node there has other neighbours in a graph with this `fingerprint`.
+    fn changed(&self, fingerprint: &[u64]) -> Vec<bool> {
+        let has_changed = |&u: &u32| fingerprint[u as usize] != self.fingerprint[u as usize];
+        self.node.iter().map(has_changed).collect()
     }
 }
 

@@ -1,7 +1,6 @@
 //! What growth leaves as it was: the subtrees of an elimination tree none of whose nodes has other
 //! neighbours than before.
 
-use super::elimination::EliminationOrder;
 use super::etree::ROOT;
 use std::ops::Range;
 
@@ -18,34 +17,28 @@ pub(crate) struct UnchangedSubtrees {
 }
 
 impl UnchangedSubtrees {
-    /// As if everything had changed.
-    pub(crate) fn nothing(previous: &EliminationOrder) -> Self {
+    /// As if everything had changed, in an order of so many positions.
+    pub(crate) fn nothing(positions: usize) -> Self {
         Self {
             stretches: Vec::new(),
-            owner: vec![NONE; previous.node.len()],
+            owner: vec![NONE; positions],
         }
     }
 
-    /// `fingerprint` is that of the graph that has grown; its nodes may have more neighbours, and there may be more of them.
-    pub(crate) fn new(previous: &EliminationOrder, fingerprint: &[u64]) -> Self {
-        let old = previous.node.len();
-        let mut changed: Vec<bool> = previous
-            .node
-            .iter()
-            .map(|&u| fingerprint[u as usize] != previous.fingerprint[u as usize])
-            .collect();
+    /// Those of the tree `parent` of the previous order; `changed` says of each of its positions whether the node there has
+    /// other neighbours than before.
+    pub(crate) fn new(parent: &[u32], mut changed: Vec<bool>) -> Self {
+        let old = parent.len();
         let mut first: Vec<u32> = (0..old as u32).collect();
         for j in 0..old {
-            let parent = previous.parent[j] as usize;
-            if previous.parent[j] != ROOT {
+            if parent[j] != ROOT {
+                let parent = parent[j] as usize;
                 changed[parent] |= changed[j];
                 first[parent] = first[parent].min(first[j]);
             }
         }
-        let is_root = |&j: &usize| {
-            let parent = previous.parent[j];
-            !changed[j] && (parent == ROOT || changed[parent as usize])
-        };
+        let is_root =
+            |&j: &usize| !changed[j] && (parent[j] == ROOT || changed[parent[j] as usize]);
         let stretches: Vec<_> = (0..old)
             .filter(is_root)
             .map(|j| first[j] as usize..j + 1)
@@ -62,34 +55,21 @@ impl UnchangedSubtrees {
 mod tests {
     use super::*;
 
-    fn order(parent: Vec<u32>) -> EliminationOrder {
-        let n = parent.len() as u32;
-        EliminationOrder {
-            node: (0..n).rev().collect(),
-            position: (0..n).rev().collect(),
-            fingerprint: vec![0; n as usize],
-            parent,
-            ..Default::default()
-        }
-    }
-
     #[test]
     fn a_changed_node_thaws_its_ancestors_and_nothing_else() {
         // Two trees: 0, 1 → 2 and 3 → 4, both below 6, 5 below 6 too; 7 → 8.
-        let previous = order(vec![2, 2, 6, 4, 6, 6, ROOT, 8, ROOT]);
-        let mut fingerprint = vec![0; 10];
-        // Position 1 is node 7; node 9 is new.
-        fingerprint[7] = 1;
-        let unchanged = UnchangedSubtrees::new(&previous, &fingerprint);
+        let parent = [2, 2, 6, 4, 6, 6, ROOT, 8, ROOT];
+        let mut changed = vec![false; 9];
+        changed[1] = true;
+        let unchanged = UnchangedSubtrees::new(&parent, changed);
         assert_eq!(unchanged.stretches, [0..1, 3..5, 5..6, 7..9]);
         assert_eq!(unchanged.owner, [0, NONE, NONE, 1, 1, 2, NONE, 3, 3]);
     }
 
     #[test]
     fn without_changes_whole_trees_are_frozen() {
-        let previous = order(vec![1, ROOT, ROOT]);
-        let unchanged = UnchangedSubtrees::new(&previous, &[0; 3]);
+        let unchanged = UnchangedSubtrees::new(&[1, ROOT, ROOT], vec![false; 3]);
         assert_eq!(unchanged.stretches, [0..2, 2..3]);
-        assert_eq!(UnchangedSubtrees::nothing(&previous).owner, [NONE; 3]);
+        assert_eq!(UnchangedSubtrees::nothing(3).owner, [NONE; 3]);
     }
 }

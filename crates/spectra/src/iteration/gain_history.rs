@@ -11,7 +11,12 @@
 //! not depend on the clock.
 
 use super::filter::Filter;
-use super::subspace::MARGIN;
+
+/// The next filter's gain on λ_k, relative to the reduction that is missing: residuals fall by
+/// several times the gain, since part of what is wrong lies well beyond the cut. Where that was too little
+/// the filter after it aims [`RAISE`] times higher, and so on.
+pub(crate) const MARGIN: f64 = 0.3;
+pub(crate) const RAISE: f64 = 8.0;
 
 /// Updates remembered: enough to tell one in eight, few enough to follow a graph that changes.
 const REMEMBERED: usize = 8;

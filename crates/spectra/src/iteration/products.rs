@@ -6,9 +6,10 @@
 //! fills up, while λ_k is so far from 0 that a hundred products suffice; on grids and mazes it is the other way round.
 
 use super::chebyshev::ChebyshevFilter;
+use super::gain_history::{MARGIN, RAISE};
 use super::null_space::NullSpace;
 use super::subspace::{
-    Goal, INDEPENDENT, MARGIN, Outcome, Pairs, Patience, Plan, RAISE, randomize, refill, refined,
+    Goal, INDEPENDENT, Outcome, Pairs, Patience, Plan, randomize, refill, refined,
 };
 use crate::SpectralError;
 use crate::block::RowBlock;

@@ -7,7 +7,7 @@
 
 use super::assess::{Assessment, assess};
 use super::filter::Filter;
-use super::gain_history::GainHistory;
+use super::gain_history::{GainHistory, MARGIN, RAISE};
 use super::null_space::NullSpace;
 use super::shift_invert::ShiftInvert;
 use crate::SpectralError;
@@ -16,12 +16,6 @@ use crate::cholesky::PermutedLaplacian;
 use faer::Mat;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-
-/// The next filter's gain on λ_k, relative to the reduction that is missing: residuals fall by
-/// several times the gain, since part of what is wrong lies well beyond the cut. Where that was too little
-/// the filter after it aims [`RAISE`] times higher, and so on.
-pub(crate) const MARGIN: f64 = 0.3;
-pub(crate) const RAISE: f64 = 8.0;
 
 /// Below this independence of the basis the final vectors are orthonormalised once more, so that they
 /// are orthonormal to about 1e-12.
