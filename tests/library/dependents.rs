@@ -74,3 +74,8 @@ fn the_eigensolver_needs_little() {
 fn the_library_without_features_needs_little() {
     assert_at_most(100, "library");
 }
+
+#[test]
+fn experiments_without_the_command_line_need_less_than_the_program() {
+    assert_at_most(140, "experiments");
+}
