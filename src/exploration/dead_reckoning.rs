@@ -48,7 +48,7 @@ pub enum Prediction {
 
 /// Axis and sign of an action's displacement.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Direction {
+struct AxisDirection {
     axis: usize,
     sign: i32,
 }
@@ -70,7 +70,7 @@ impl Position {
         }
     }
 
-    fn moved(mut self, direction: Direction) -> Self {
+    fn moved(mut self, direction: AxisDirection) -> Self {
         self.coordinates[direction.axis] += direction.sign;
         self
     }
@@ -94,7 +94,7 @@ pub struct DeadReckoning {
     inverse: Vec<Option<Action>>,
     /// Whether the action has ever led to another state.
     moved: Vec<bool>,
-    directions: Vec<Direction>,
+    directions: Vec<AxisDirection>,
     num_axes: usize,
     /// How each state was first entered, in order of discovery; `None` for starts.
     entry: Vec<Option<(StateId, Action)>>,
@@ -140,7 +140,7 @@ impl DeadReckoning {
     /// Nothing known yet.
     pub fn new(num_actions: usize) -> Self {
         let directions = (0..num_actions)
-            .map(|axis| Direction { axis, sign: 1 })
+            .map(|axis| AxisDirection { axis, sign: 1 })
             .collect();
         Self {
             num_actions,
@@ -249,7 +249,7 @@ impl DeadReckoning {
         let mut sides = 0;
         for axis in 0..self.num_axes {
             for sign in [1, -1] {
-                let side = target.moved(Direction { axis, sign });
+                let side = target.moved(AxisDirection { axis, sign });
                 sides += u32::from(self.occupied.contains_key(&*side));
             }
         }
@@ -339,13 +339,13 @@ impl DeadReckoning {
         self.num_axes = 0;
         for a in 0..self.num_actions {
             self.directions[a] = match self.inverse[a] {
-                Some(b) if b.index() < a => Direction {
+                Some(b) if b.index() < a => AxisDirection {
                     axis: self.directions[b.index()].axis,
                     sign: -1,
                 },
                 _ => {
                     self.num_axes += 1;
-                    Direction {
+                    AxisDirection {
                         axis: self.num_axes - 1,
                         sign: 1,
                     }

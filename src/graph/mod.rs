@@ -45,7 +45,7 @@ pub use export::NodeAttributes;
 #[cfg(feature = "matrix-market")]
 pub use matrix_market::MatrixMarketError;
 pub use state_graph::StateGraph;
-pub use transition_graph::{Outcome, TransitionGraph, TransitionStats};
+pub use transition_graph::{ObservedOutcome, TransitionGraph, TransitionStats};
 
 use serde::{Deserialize, Serialize};
 

@@ -22,7 +22,7 @@ mod invariants;
 mod outcomes;
 mod saved;
 
-pub use outcomes::Outcome;
+pub use outcomes::ObservedOutcome;
 
 use super::{Adjacency, StateId};
 use crate::env::Action;

@@ -31,7 +31,7 @@ pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use observer::{
     Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState,
 };
-pub use potential::{GraphPotential, potential_of_graph};
+pub use potential::{PotentialOfGraph, potential_of_graph};
 pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};
 pub use snapshots::Snapshots;
 

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 /// Potential of every node, and how good it is to climb.
 #[derive(Clone, Debug)]
-pub struct GraphPotential {
+pub struct PotentialOfGraph {
     /// φ by node; 0 at the goals.
     pub values: Vec<f64>,
     /// Non-goal nodes, reachable from a goal, none of whose neighbours has a larger φ.
@@ -29,7 +29,7 @@ pub fn potential_of_graph(
     goals: &[StateId],
     kind: PotentialKind,
     seed: u64,
-) -> Result<GraphPotential, RunnerError> {
+) -> Result<PotentialOfGraph, RunnerError> {
     let begun = Instant::now();
     let learnt = matches!(kind, PotentialKind::Gcn | PotentialKind::Report);
     let mut functions = ProtoValueFunctions::new(SpectralParams::default(), seed);
@@ -44,7 +44,7 @@ pub fn potential_of_graph(
     };
     let gcn = GcnParams::default();
     let fit = potential_on_graph(adjacency, goals, kind, features, &shaping, &gcn, seed)?;
-    Ok(GraphPotential {
+    Ok(PotentialOfGraph {
         spurious_maxima: spurious_maxima(&fit.values, adjacency, goals),
         values: fit.values,
         seconds: begun.elapsed().as_secs_f64(),

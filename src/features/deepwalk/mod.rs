@@ -33,7 +33,7 @@ use rand_chacha::ChaCha8Rng;
 use saved::Saved;
 use serde::{Deserialize, Serialize};
 use skip_gram::SkipGram;
-use walks::Walker;
+use walks::RandomWalker;
 
 /// Noise ∝ degree^this.
 const NOISE_POWER: f64 = 0.75;
@@ -88,7 +88,7 @@ impl DeepWalk {
     /// If the graph has fewer nodes than at the last call.
     pub fn refresh(&mut self, adjacency: &SymmetricCsr) -> Result<EmbeddingRefresh, FeatureError> {
         self.params.validate()?;
-        let walker = Walker::new(adjacency);
+        let walker = RandomWalker::new(adjacency);
         assert!(
             adjacency.num_nodes() >= self.model.num_nodes(),
             "a graph of {} nodes has shrunk to {}",
@@ -138,7 +138,7 @@ impl DeepWalk {
         starts
     }
 
-    fn train(&mut self, walker: &Walker<'_>, starts: &[u32]) -> EmbeddingRefresh {
+    fn train(&mut self, walker: &RandomWalker<'_>, starts: &[u32]) -> EmbeddingRefresh {
         let mut total = 0.0;
         let noise: Vec<f64> = (0..self.model.num_nodes())
             .map(|i| {

@@ -6,13 +6,13 @@ use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
 /// Draws walks on a weighted graph: O(log degree) a step.
-pub struct Walker<'a> {
+pub struct RandomWalker<'a> {
     adjacency: &'a SymmetricCsr,
     /// Running sums of each row's weights, in the places of the weights.
     sums: Vec<f64>,
 }
 
-impl<'a> Walker<'a> {
+impl<'a> RandomWalker<'a> {
     /// A walker on `adjacency`. O(n + nnz).
     pub fn new(adjacency: &'a SymmetricCsr) -> Self {
         let mut sums = Vec::with_capacity(adjacency.nnz());
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn walks_follow_edges_and_have_their_length() {
         let graph = two_cliques(5);
-        let walker = Walker::new(&graph);
+        let walker = RandomWalker::new(&graph);
         let mut rng = stream(0, Stream::Walks);
         let mut walk = Vec::new();
         for start in 0..10 {
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn a_walk_from_an_isolated_node_stays_there() {
         let graph = weighted(3, &[(0, 1, 1.0)]);
-        let walker = Walker::new(&graph);
+        let walker = RandomWalker::new(&graph);
         let mut walk = vec![9];
         walker.walk(2, 4, &mut stream(0, Stream::Walks), &mut walk);
         assert_eq!((walk, walker.degree(2)), (vec![2], 0.0));
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn steps_are_drawn_by_weight() {
         let graph = weighted(3, &[(0, 1, 1.0), (0, 2, 4.0)]);
-        let walker = Walker::new(&graph);
+        let walker = RandomWalker::new(&graph);
         let mut rng = stream(1, Stream::Walks);
         let draws = 10_000;
         let heavy = (0..draws).filter(|_| walker.step(0, &mut rng) == Some(2));

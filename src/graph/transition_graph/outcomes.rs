@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 
 /// One tried (state, action) → next, with how often and with what reward.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct ObservedOutcome {
     /// The action that was taken.
     pub action: Action,
     /// The state it led to.
@@ -24,7 +24,7 @@ pub struct Outcome {
 
 impl TransitionGraph {
     /// Outcomes seen from `state`, most recent edge first; O(out-degree), no allocation.
-    pub fn outcomes(&self, state: StateId) -> impl Iterator<Item = Outcome> + '_ {
+    pub fn outcomes(&self, state: StateId) -> impl Iterator<Item = ObservedOutcome> + '_ {
         self.digraph.edges(node(state)).map(|edge| {
             let &TransitionStats {
                 action,
@@ -32,7 +32,7 @@ impl TransitionGraph {
                 reward_sum,
                 terminal,
             } = edge.weight();
-            Outcome {
+            ObservedOutcome {
                 action,
                 next: state_of(edge.target()),
                 count,
@@ -47,7 +47,7 @@ impl TransitionGraph {
         &self,
         state: StateId,
         action: Action,
-    ) -> impl Iterator<Item = Outcome> + '_ {
+    ) -> impl Iterator<Item = ObservedOutcome> + '_ {
         self.outcomes(state)
             .filter(move |outcome| outcome.action == action)
     }
@@ -80,7 +80,7 @@ impl TransitionGraph {
     }
 }
 
-fn mean_reward(outcomes: impl Iterator<Item = Outcome>) -> Option<f64> {
+fn mean_reward(outcomes: impl Iterator<Item = ObservedOutcome>) -> Option<f64> {
     let (count, sum) = outcomes.fold((0.0, 0.0), |(count, sum), seen| {
         (count + f64::from(seen.count), sum + seen.reward_sum)
     });
