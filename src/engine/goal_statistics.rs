@@ -29,6 +29,7 @@ pub struct GoalStatistics {
 
 impl GoalStatistics {
     /// Counts the reward of a step that ended nothing. O(1).
+    #[inline]
     pub fn count_step(&mut self, reward: f64) {
         self.step_rewards += reward;
         self.steps += 1;
@@ -97,6 +98,7 @@ impl GoalStatistics {
 
     /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals)
     /// if there was.
+    #[inline]
     pub fn forget(&mut self, state: StateId) -> bool {
         let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
             return false;

@@ -136,24 +136,29 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         &mut self,
         on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<Option<EpisodeRecord>, PipelineError> {
-        let mut record = match self.under_way.take() {
-            Some(record) => record,
-            None => self.begin_episode(),
+        if self.under_way.is_none() {
+            self.begin_episode();
+        }
+        let status = match self.step_on(on_refresh) {
+            Ok(status) => status,
+            Err(error) => {
+                self.under_way = None;
+                return Err(error);
+            }
         };
-        let status = self.step_in(&mut record, on_refresh)?;
-        if !status.is_last() {
-            self.under_way = Some(record);
-            return Ok(None);
+        match self.under_way.take_if(|_| status.is_last()) {
+            Some(record) if !record.td_squares.is_finite() => {
+                Err(PipelineError::Diverged { step: self.step })
+            }
+            Some(record) => Ok(Some(self.end_record(record, status))),
+            None => Ok(None),
         }
-        if !record.td_squares.is_finite() {
-            return Err(PipelineError::Diverged { step: self.step });
-        }
-        Ok(Some(self.end_record(record, status)))
     }
 
-    fn step_in(
+    /// One step of the episode under way.
+    #[inline]
+    fn step_on(
         &mut self,
-        record: &mut EpisodeRecord,
         mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<StepStatus, PipelineError> {
         let state = self.pipeline.walker().state();
@@ -181,18 +186,20 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             },
             status: step.status,
         });
-        record.length += 1;
-        record.td_squares += learnt.td_error * learnt.td_error;
-        record.plain_return += step.reward;
-        record.shaped_return += reward + seen.shaping;
+        if let Some(record) = &mut self.under_way {
+            record.length += 1;
+            record.td_squares += learnt.td_error * learnt.td_error;
+            record.plain_return += step.reward;
+            record.shaped_return += reward + seen.shaping;
+        }
         Ok(step.status)
     }
 
-    fn begin_episode(&mut self) -> EpisodeRecord {
+    fn begin_episode(&mut self) {
         let start = self.env.reset();
         let state = self.pipeline.begin_episode(&start);
         self.tell_distance(state);
-        self.begin_record()
+        self.under_way = Some(self.begin_record());
     }
 
     /// Logs what is rare.

@@ -91,6 +91,7 @@ impl Walker {
     /// If the reward is not finite, the action does not exist or no episode is under way, and then nothing has changed.
     /// If the spectrum or the potential cannot be computed: the transition is then known, φ is as it was, and the episode
     /// is closed, so that nothing can be learnt from a place where the walker does not stand.
+    #[inline]
     pub fn observe<S: Clone + Eq + Hash>(
         &mut self,
         world: &mut WorldModel<S>,

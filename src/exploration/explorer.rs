@@ -87,6 +87,7 @@ impl Explorer {
 
     /// Learns from a step of its own, and tells the model. O(1), or O(actions · degree) if the outcome is new; where
     /// actions slip, amortised O(log m).
+    #[inline]
     pub fn learn(
         &mut self,
         model: &mut ExplorationModel,
@@ -112,6 +113,7 @@ impl Explorer {
 
     /// Catches up with what others have found and with goals that came or went. O(1) if nothing did; O(n + m) if the
     /// goals changed.
+    #[inline]
     pub fn take_notice(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
         if self.goal_changes != model.goal_changes {
             self.goal_changes = model.goal_changes;

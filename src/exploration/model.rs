@@ -85,6 +85,7 @@ impl ExplorationModel {
 
     /// Learns from a step, which `searching` says was one towards goals not seen yet. O(1), or O(actions · degree) if
     /// the outcome is new; where actions slip, amortised O(log m).
+    #[inline]
     pub(super) fn learn(&mut self, graph: &TransitionGraph, step: RecordedStep, searching: bool) {
         if !self.destinations.is_empty() {
             self.steps += 1;

@@ -24,6 +24,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     ///
     /// # Errors
     /// If the reward is not finite or the action does not exist; nothing has changed then.
+    #[inline]
     pub(in crate::engine) fn record(
         &mut self,
         from: StateId,
@@ -68,6 +69,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     }
 
     /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
+    #[inline]
     pub(in crate::engine) fn forget_goal(&mut self, state: StateId) -> bool {
         if !self.goals.forget(state) {
             return false;
@@ -84,6 +86,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     }
 
     /// Counts what a step of an episode that began in `start` says of goals and costs.
+    #[inline]
     pub(in crate::engine) fn count(&mut self, start: StateId, next: StateId, step: &Step<S>) {
         match step.status {
             StepStatus::Running => self.goals.count_step(step.reward),

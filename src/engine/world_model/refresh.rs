@@ -24,6 +24,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     }
 
     /// Brings up to date what is due; none if nothing was. `episode_over`: this is the last step of an episode.
+    #[inline]
     pub(in crate::engine) fn refresh_if_due(
         &mut self,
         episode_over: bool,
@@ -31,9 +32,20 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         let now = self.moment();
         let fit_due = !self.goals.is_empty() && self.schedule.fit_due(now, episode_over);
         let features_due = self.features_due(now);
-        if !features_due && !fit_due {
-            return Ok(None);
+        match features_due || fit_due {
+            true => self.refresh(now, features_due, fit_due).map(Some),
+            false => Ok(None),
         }
+    }
+
+    /// Apart from the question whether anything is due, which every step asks.
+    #[cold]
+    fn refresh(
+        &mut self,
+        now: Moment,
+        features_due: bool,
+        fit_due: bool,
+    ) -> Result<Box<RefreshRecord>, PipelineError> {
         let adjacency = self.graph.transitions().adjacency().to_csr();
         let mut record = RefreshRecord::at(now);
         if features_due {
@@ -53,7 +65,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             record.fit_seconds = begin.elapsed().as_secs_f64();
             self.schedule.fitted(now);
         }
-        Ok(Some(Box::new(record)))
+        Ok(Box::new(record))
     }
 
     /// An agent acts on its features, the potential only takes them for a cost that it smooths.
