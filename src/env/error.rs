@@ -61,7 +61,7 @@ pub enum EnvError {
         /// The key.
         key: char,
     },
-    /// A parameter of a generated map outside its range.
+    /// A parameter of a generated map or board outside its range.
     #[error("{parameter} = {value}: {rule}")]
     LayoutParameter {
         /// Name of the parameter.

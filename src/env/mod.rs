@@ -9,11 +9,13 @@
 //!
 //! - [`grid_world`]: four moves on a [`layouts::Layout`] (open field, rooms, linked grids, maze, caves, ASCII map);
 //! - [`edge_list`]: any finite MDP or graph from a CSV file;
+//! - [`boards`]: finite worlds that papers report on;
 //! - [`tabular`]: [`TabularMdp`], a finite MDP given by P and R, with what can be computed from it exactly;
 //! - [`conformance`]: the contract as a test kit, for these worlds and for yours.
 //!
 //! Worlds draw from the generator they are given and from nothing else; they allocate when built, never in a step.
 
+pub mod boards;
 mod clock;
 pub mod conformance;
 pub mod edge_list;
@@ -22,6 +24,7 @@ pub mod grid_world;
 pub mod layouts;
 pub mod tabular;
 
+pub use boards::{Board, Fall};
 pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};

@@ -2,6 +2,7 @@
 
 use super::error::BrokenRule;
 use super::place::{MaxSteps, MoveAfter, Place};
+use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
 use crate::env::layouts::Doors;
 use schemars::JsonSchema;
@@ -28,11 +29,23 @@ pub enum EnvKind {
     Ascii,
     /// Any finite world, as a CSV file of its edges.
     EdgeList,
+    /// bsuite's deep sea: N steps down, a treasure at the bottom right.
+    DeepSea,
+    /// A chain against the current: 5 near, 10 000 far.
+    RiverSwim,
+    /// Gymnasium's cliff of 4 × 12 cells.
+    Cliff,
+    /// Gymnasium's lake of 4 × 4 or 8 × 8 cells, slippery.
+    FrozenLake,
+    /// Gymnasium's taxi.
+    Taxi,
+    /// A short way that falls, and a safe one.
+    Bridge,
 }
 
 impl EnvKind {
     /// Every kind, in the order of the documentation.
-    pub const ALL: [EnvKind; 7] = [
+    pub const ALL: [EnvKind; 13] = [
         EnvKind::Open,
         EnvKind::Rooms,
         EnvKind::Linked,
@@ -40,6 +53,12 @@ impl EnvKind {
         EnvKind::Caves,
         EnvKind::Ascii,
         EnvKind::EdgeList,
+        EnvKind::DeepSea,
+        EnvKind::RiverSwim,
+        EnvKind::Cliff,
+        EnvKind::FrozenLake,
+        EnvKind::Taxi,
+        EnvKind::Bridge,
     ];
 
     /// The name in scenario files.
@@ -52,6 +71,12 @@ impl EnvKind {
             EnvKind::Caves => "caves",
             EnvKind::Ascii => "ascii",
             EnvKind::EdgeList => "edge-list",
+            EnvKind::DeepSea => "deep-sea",
+            EnvKind::RiverSwim => "river-swim",
+            EnvKind::Cliff => "cliff",
+            EnvKind::FrozenLake => "frozen-lake",
+            EnvKind::Taxi => "taxi",
+            EnvKind::Bridge => "bridge",
         }
     }
 
@@ -65,11 +90,28 @@ impl EnvKind {
             EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed"],
             EnvKind::Ascii => &["map", "rewards"],
             EnvKind::EdgeList => &["file"],
+            EnvKind::DeepSea => &["size", "seed"],
+            EnvKind::RiverSwim | EnvKind::FrozenLake => &["size"],
+            EnvKind::Cliff | EnvKind::Taxi => &[],
+            EnvKind::Bridge => &["fall"],
         }
     }
 
+    /// Whether it is a board of the field, which says itself where episodes begin and end and what steps pay.
+    pub(super) fn is_board(self) -> bool {
+        matches!(
+            self,
+            EnvKind::DeepSea
+                | EnvKind::RiverSwim
+                | EnvKind::Cliff
+                | EnvKind::FrozenLake
+                | EnvKind::Taxi
+                | EnvKind::Bridge
+        )
+    }
+
     fn is_map(self) -> bool {
-        self != EnvKind::EdgeList
+        self != EnvKind::EdgeList && !self.is_board()
     }
 }
 
@@ -115,7 +157,7 @@ impl GoalList {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EnvParams {
-    /// open | rooms | linked | maze | caves | ascii | edge-list
+    /// open | rooms | linked | maze | caves | ascii | edge-list | deep-sea | river-swim | cliff | frozen-lake | taxi | bridge
     pub kind: EnvKind,
     /// Rows of cells (open 15, maze 21, caves 30: for a maze an odd number), or of rooms or grids (rooms, linked: 2).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -141,7 +183,13 @@ pub struct EnvParams {
     /// caves: rounds of growing (4), at most 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounds: Option<usize>,
-    /// rooms, maze, caves: which of the random maps; the same map whatever the seed of the run (0).
+    /// deep-sea, river-swim, frozen-lake: rows (10), states (6), or cells a side (4, or 8).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<usize>,
+    /// bridge: what a fall leads to, "pit" (the end, at 100), "swamp" (30 steps back) or "back" (the start, at 20).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fall: Option<Fall>,
+    /// rooms, maze, caves, deep-sea: which of the random maps; the same map whatever the seed of the run (0).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// ascii: the map. `#` wall, `.` or space free, `S` start, `G` goal, 1 to 9 goals with a reward in `rewards`,
@@ -179,7 +227,8 @@ pub struct EnvParams {
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,
-    /// After how many steps an episode is cut off: "auto" (ten times the number of states) or a number, at most 1 000 000 000.
+    /// After how many steps an episode is cut off: "auto" (ten times the number of states; boards of the field: as is usual
+    /// there) or a number, at most 1 000 000 000.
     pub max_steps: MaxSteps,
 }
 
@@ -207,7 +256,12 @@ impl EnvParams {
             EnvKind::Rooms | EnvKind::Linked => (2, 2),
             EnvKind::Maze => (21, 21),
             EnvKind::Caves => (30, 30),
-            EnvKind::Ascii | EnvKind::EdgeList => (0, 0),
+            _ => (0, 0), // no such keys
+        };
+        let size = match self.kind {
+            EnvKind::DeepSea => 10,
+            EnvKind::RiverSwim => 6,
+            _ => 4,
         };
         for key in self.kind.own_keys() {
             match *key {
@@ -220,6 +274,8 @@ impl EnvParams {
                 "fill" => fill(&mut self.fill, 0.42),
                 "rounds" => fill(&mut self.rounds, 4),
                 "seed" => fill(&mut self.seed, 0),
+                "size" => fill(&mut self.size, size),
+                "fall" => fill(&mut self.fall, Fall::default()),
                 _ => {} // map, rewards and file have no default
             }
         }
@@ -251,6 +307,8 @@ impl EnvParams {
             ("map", self.map.is_some()),
             ("rewards", self.rewards.is_some()),
             ("file", self.file.is_some()),
+            ("size", self.size.is_some()),
+            ("fall", self.fall.is_some()),
         ];
         let own = self.kind.own_keys();
         let stray = given
@@ -258,6 +316,9 @@ impl EnvParams {
             .find(|(key, given)| *given && !own.contains(key));
         if let Some((key, _)) = stray {
             return Err(self.stray(key));
+        }
+        if self.kind.is_board() {
+            self.require_board()?;
         }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(
@@ -280,6 +341,27 @@ impl EnvParams {
                 "env.slip is for maps: an edge list says itself where an action may lead, in its column probability",
             )),
             _ => Ok(()),
+        }
+    }
+
+    /// Whether nothing is said of what the board says itself.
+    fn require_board(&self) -> Result<(), BrokenRule> {
+        let said = [
+            ("env.start", self.start.is_some()),
+            ("env.goals", self.goals.is_some()),
+            ("env.moved_goals", self.moved_goals.is_some()),
+            ("env.reward", self.reward != RewardScheme::default()),
+            ("env.slip", self.slip != 0.0),
+        ];
+        match said.iter().find(|(_, said)| *said) {
+            None => Ok(()),
+            Some((key, _)) => Err(BrokenRule::new(
+                *key,
+                format!(
+                    "{key} means nothing for kind = \"{}\": it has its own starts, ends, rewards and chances",
+                    self.kind.name()
+                ),
+            )),
         }
     }
 

@@ -68,7 +68,8 @@ impl EnvParams {
                 let fill = self.fill.unwrap_or_default();
                 Layout::caves(rows, cols, fill, self.rounds.unwrap_or_default(), &mut rng)
             }
-            EnvKind::Ascii | EnvKind::EdgeList => Layout::from_ascii(
+            // Kinds that are no maps have none, and their keys say so.
+            _ => Layout::from_ascii(
                 self.map.as_deref().unwrap_or_default(),
                 &self.digit_rewards()?,
             ),
@@ -117,6 +118,7 @@ impl EnvParams {
                 "env.rows".to_owned()
             }
             _ if self.kind == EnvKind::EdgeList => "env.file".to_owned(),
+            _ if self.kind.is_board() => "env.kind".to_owned(),
             _ => "env.map".to_owned(),
         };
         BrokenRule::new(key, error.to_string())

@@ -6,7 +6,8 @@ use super::error::BrokenRule;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use crate::env::{
-    EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
+    Board, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
+    boards,
 };
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum World {
     /// A map.
     Grid(GridWorld),
-    /// An edge list, with the names of its states by their numbers.
+    /// An edge list or a board of the field, with the names of its states by their numbers.
     Listed(TabularEnvironment, Vec<String>),
 }
 
@@ -123,9 +124,14 @@ impl EnvParams {
         episodes: usize,
     ) -> Result<World, BrokenRule> {
         self.check_rewards(goals)?;
-        let world = match list {
-            Some(list) => self.listed(list, goals, rng)?,
-            None => {
+        let world = match (list, self.board(goals)?) {
+            (Some(list), _) => self.listed(list, goals, rng)?,
+            (None, Some(board)) => {
+                let world = board.environment(self.max_steps.given(), rng);
+                let world = world.map_err(|e| self.blame(e, goals))?;
+                World::Listed(world, board.state_names().to_vec())
+            }
+            (None, None) => {
                 let layout = self.layout(goals)?;
                 let world = GridWorld::new(layout, self.grid_world_params(), rng);
                 World::Grid(world.map_err(|e| self.blame(e, goals))?)
@@ -147,6 +153,24 @@ impl EnvParams {
         let path = self.file.as_deref().unwrap_or("".as_ref());
         let list = EdgeList::read(path).map_err(|e| self.blame(e, GoalList::First))?;
         Ok(Some(list))
+    }
+
+    /// The board of the field, of a world that is one.
+    fn board(&self, goals: GoalList) -> Result<Option<Board>, BrokenRule> {
+        let size = self.size.unwrap_or_default();
+        let board = match self.kind {
+            EnvKind::DeepSea => {
+                let rng = &mut stream(self.seed.unwrap_or_default(), Stream::Layout);
+                boards::deep_sea(size, rng)
+            }
+            EnvKind::RiverSwim => boards::river_swim(size),
+            EnvKind::Cliff => boards::cliff_walking(),
+            EnvKind::FrozenLake => boards::frozen_lake(size),
+            EnvKind::Taxi => boards::taxi(),
+            EnvKind::Bridge => boards::bridge(self.fall.unwrap_or_default()),
+            _ => return Ok(None),
+        };
+        board.map(Some).map_err(|e| self.blame(e, goals))
     }
 
     fn listed(

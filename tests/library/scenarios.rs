@@ -196,3 +196,42 @@ fn accepts(root: &Value, schema: &Value, value: &Value) -> Result<(), String> {
     }
     Ok(())
 }
+
+#[test]
+fn a_board_says_itself_what_others_are_told() {
+    let parse = |text: &str| {
+        let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+        loaded.map(|loaded| loaded.worlds.first().optimum().expected_return)
+    };
+    for (text, best) in [
+        ("[env]\nkind = \"cliff\"", -13.0),
+        ("[env]\nkind = \"bridge\"\nfall = \"swamp\"", -12.0),
+        ("[env]\nkind = \"deep-sea\"\nsize = 5\nseed = 3", 0.99),
+        // Cut off after two steps, nothing but the near reward is in reach: 5 for each.
+        ("[env]\nkind = \"river-swim\"\nmax_steps = 2", 10.0),
+    ] {
+        let found = parse(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert!((found - best).abs() < 1e-9, "{text}: {found}");
+    }
+    for (more, told) in [
+        (
+            "goals = [{ at = \"center\" }]",
+            "env.goals means nothing for kind = \"cliff\"",
+        ),
+        ("start = \"random\"", "env.start means nothing"),
+        ("slip = 0.1", "env.slip means nothing"),
+        ("reward = \"goal-bonus\"", "env.reward means nothing"),
+        (
+            "size = 4",
+            "it belongs to \"deep-sea\", \"river-swim\", \"frozen-lake\"",
+        ),
+    ] {
+        let error = parse(&format!("[env]\nkind = \"cliff\"\n{more}")).unwrap_err();
+        assert!(error.to_string().contains(told), "{more}: {error}");
+    }
+    let error = parse("[env]\nkind = \"frozen-lake\"\nsize = 5").unwrap_err();
+    assert!(
+        error.to_string().contains("size = 5: must be 4 or 8"),
+        "{error}"
+    );
+}

@@ -1,0 +1,51 @@
+//! The world of a scenario as an edge list, every state, action and outcome of it:
+//! `cargo run --release --example world_as_edges -- SCENARIO.toml > world.csv`.
+//!
+//! On top stand the starts, the ends and the step limit, as comments that begin with `#`.
+
+use eigentrail::env::{Action, Model};
+use eigentrail::scenario::{Scenario, World};
+use std::error::Error;
+use std::path::Path;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).ok_or("which scenario?")?;
+    let loaded = Scenario::load(Path::new(&path), &[])?;
+    match loaded.worlds.first() {
+        World::Listed(world, names) => print(world, |state| names[state].clone()),
+        World::Grid(world) => {
+            let cells: Vec<_> = world.mdp_cells().collect();
+            print(world, |state| {
+                let (row, col) = world.layout().position(cells[state]);
+                format!("[{row}, {col}]")
+            });
+        }
+    }
+    Ok(())
+}
+
+fn print(world: &impl Model, name: impl Fn(usize) -> String) {
+    let mdp = world.to_mdp();
+    for start in world.start_states() {
+        println!("# start {}", name(start));
+    }
+    for end in (0..mdp.num_states()).filter(|&state| mdp.is_terminal(state)) {
+        println!("# end {}", name(end));
+    }
+    println!("# max_steps {}", world.max_steps());
+    println!("from,action,to,probability,reward");
+    for state in 0..mdp.num_states() {
+        for action in (0..mdp.num_actions()).map(|a| Action(a as u16)) {
+            for outcome in mdp.outcomes(state, action) {
+                println!(
+                    "\"{}\",{},\"{}\",{},{}",
+                    name(state),
+                    action.0,
+                    name(outcome.next as usize),
+                    outcome.probability,
+                    outcome.reward
+                );
+            }
+        }
+    }
+}
