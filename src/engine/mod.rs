@@ -266,8 +266,8 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
-            let loss = fit.fit.as_ref().map(|report| report.loss);
-            let epochs = fit.fit.as_ref().map(|report| report.epochs);
+            let loss = fit.fit.as_ref().map(|statistics| statistics.loss);
+            let epochs = fit.fit.as_ref().map(|statistics| statistics.epochs);
             debug!(name: "gcn_fit", step = refresh.step, nodes = refresh.nodes, loss, epochs, elapsed_ms = refresh.fit_seconds * 1e3, "gcn_fit");
         }
     }

@@ -111,8 +111,8 @@ impl Walker {
         }
         let first_goal = terminated && world.goals().is_empty();
         let lost_goal = !terminated && world.forget_goal(next);
-        if lost_goal && let Some((exploration, graph)) = world.exploration() {
-            self.explorer.lose_goal(exploration, graph);
+        if lost_goal {
+            self.explorer.lose_goal();
         }
         world.count(self.start, next, step);
         let refresh = match world.refresh_if_due(step.status.is_last()) {
@@ -122,9 +122,6 @@ impl Walker {
                 return Err(error);
             }
         };
-        if let Some((exploration, graph)) = world.exploration() {
-            self.explorer.take_notice(exploration, graph);
-        }
         let shaping = self
             .shaper
             .shape(world.potential().value(next), step.status);

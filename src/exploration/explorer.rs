@@ -105,10 +105,10 @@ impl Explorer {
         self.discoveries = model.discoveries;
     }
 
-    /// It stands on a goal that is none any more.
-    pub fn lose_goal(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
+    /// It stands on a goal that is none any more. The model has to be told, too
+    /// ([`forget_destination`](ExplorationModel::forget_destination)).
+    pub fn lose_goal(&mut self) {
         self.searching = false;
-        self.take_notice(model, graph);
     }
 
     /// Catches up with what others have found and with goals that came or went. O(1) if nothing did; O(n + m) if the

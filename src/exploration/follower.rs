@@ -67,7 +67,7 @@ impl Follower {
                 .any(|goal| goal.state == here)
             {
                 self.model.forget_destination(&self.graph, here);
-                self.explorer.lose_goal(&self.model, &self.graph);
+                self.explorer.lose_goal();
                 self.potential.flatten();
             }
         }

@@ -436,7 +436,7 @@ mod growth {
         }
     }
 
-    /// `cargo test --release --test spectrum_oracle -- --ignored worlds_of_10000`
+    /// `cargo test --release --test library -- --ignored worlds_of_10000`
     #[test]
     #[ignore = "takes a minute"]
     fn worlds_of_10000_by_five_per_cent() {

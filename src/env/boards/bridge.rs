@@ -13,7 +13,7 @@
 //!
 //! The best policy takes the safe way in all three, for −12. Whoever follows hops takes the bridge.
 
-use super::{Board, likely, mdp, surely};
+use super::{Board, TabularMdp, likely, surely};
 use crate::env::EnvError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ pub fn bridge(fall: Fall) -> Result<Board, EnvError> {
     let terminal = (0..states)
         .map(|state| state == GOAL || (fall == Fall::Pit && state == BELOW))
         .collect();
-    let mdp = mdp(3, terminal, |state, action, outcomes| {
+    let mdp = TabularMdp::from_fn(3, terminal, |state, action, outcomes| {
         let on_bridge = state < FIRST_ON_SAFE_WAY;
         let next = match (state, action.0) {
             (state, 0) if on_bridge => {

@@ -1,7 +1,7 @@
 //! Cliff walking: 4 × 12 cells, start and goal at the ends of the bottom row, a cliff between them. A step costs 1; over
 //! the edge it costs 100 and leads back to the start. The shortest way, 13 steps, runs along the edge.
 
-use super::{Board, Rectangle, mdp, surely};
+use super::{Board, Rectangle, TabularMdp, surely};
 use crate::env::EnvError;
 
 const ROWS: usize = 4;
@@ -24,7 +24,7 @@ pub fn cliff_walking() -> Result<Board, EnvError> {
     };
     let terminal = (0..field.num_cells()).map(|cell| cell == GOAL).collect();
     let moves = [[-1, 0], [0, 1], [1, 0], [0, -1]];
-    let mdp = mdp(moves.len(), terminal, |cell, action, outcomes| {
+    let mdp = TabularMdp::from_fn(moves.len(), terminal, |cell, action, outcomes| {
         let next = field.moved(cell, moves[action.index()]);
         let falls = next > START && next < GOAL;
         outcomes.push(match falls {

@@ -4,7 +4,7 @@
 //! 0.01 / N, the last one from the bottom right corner pays 1. The episode ends after N steps: 0.99 for the one best
 //! policy of 2^N, nothing for doing nothing, and every other way right costs.
 
-use super::{Board, mdp, surely};
+use super::{Board, TabularMdp, surely};
 use crate::env::EnvError;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,7 @@ pub fn deep_sea(size: usize, rng: &mut ChaCha8Rng) -> Result<Board, EnvError> {
     let right: Vec<u16> = cells.iter().map(|_| rng.random_range(0..2)).collect();
     let mut terminal = vec![false; end];
     terminal.push(true);
-    let mdp = mdp(2, terminal, |state, action, outcomes| {
+    let mdp = TabularMdp::from_fn(2, terminal, |state, action, outcomes| {
         let (row, col) = cells[state];
         let goes_right = action.0 == right[state];
         let next_col = if goes_right {

@@ -1,7 +1,7 @@
 //! Frozen lake: ice with holes. A move goes as meant, or to either side of that, with 1/3 each. Reaching the goal pays 1,
 //! falling into a hole ends the episode and pays nothing.
 
-use super::{Board, Rectangle, likely, mdp};
+use super::{Board, Rectangle, TabularMdp, likely};
 use crate::env::EnvError;
 
 const LAKE_4: &str = "SFFFFHFHFFFHHFFG";
@@ -30,7 +30,7 @@ pub fn frozen_lake(size: usize) -> Result<Board, EnvError> {
     };
     let terminal = lake.iter().map(|tile| b"HG".contains(tile)).collect();
     let moves = [[0, -1], [1, 0], [0, 1], [-1, 0]];
-    let mdp = mdp(moves.len(), terminal, |cell, action, outcomes| {
+    let mdp = TabularMdp::from_fn(moves.len(), terminal, |cell, action, outcomes| {
         for turn in [3, 0, 1] {
             let next = field.moved(cell, moves[(action.index() + turn) % 4]);
             let pays = if lake[next] == b'G' { 1.0 } else { 0.0 };

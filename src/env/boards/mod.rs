@@ -25,8 +25,8 @@ pub use frozen_lake::frozen_lake;
 pub use river_swim::river_swim;
 pub use taxi::taxi;
 
+use super::EnvError;
 use super::tabular::{Outcome, TabularEnvironment, TabularMdp};
-use super::{Action, EnvError};
 use rand_chacha::ChaCha8Rng;
 
 /// A finite world with names for its states, where episodes begin, and after how many steps they are cut off.
@@ -85,15 +85,6 @@ fn likely(probability: f64, next: usize, reward: f64) -> Outcome {
         probability,
         reward,
     }
-}
-
-/// The MDP of a board: `outcomes` pushes what may come of an action in a state that is not terminal.
-fn mdp(
-    num_actions: usize,
-    terminal: Vec<bool>,
-    outcomes: impl FnMut(usize, Action, &mut Vec<Outcome>),
-) -> Result<TabularMdp, EnvError> {
-    TabularMdp::from_fn(num_actions, terminal, outcomes)
 }
 
 /// A rectangle of cells by number, row by row.

@@ -7,7 +7,7 @@
 //!
 //! No state ends an episode; the step limit does: 20 steps for the board of 6 states, 5 N for others.
 
-use super::{Board, likely, mdp, surely};
+use super::{Board, TabularMdp, likely, surely};
 use crate::env::EnvError;
 
 const NEAR: f64 = 5.0;
@@ -27,7 +27,7 @@ pub fn river_swim(size: usize) -> Result<Board, EnvError> {
         });
     }
     let last = size - 1;
-    let mdp = mdp(2, vec![false; size], |state, action, outcomes| {
+    let mdp = TabularMdp::from_fn(2, vec![false; size], |state, action, outcomes| {
         if action.0 == 0 {
             let pays = if state == 0 { NEAR } else { 0.0 };
             outcomes.push(surely(state.saturating_sub(1), pays));

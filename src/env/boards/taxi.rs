@@ -4,7 +4,7 @@
 //! at one of the places costs 10. Episodes begin with the taxi anywhere, the passenger at one place and bound for another:
 //! 300 starts.
 
-use super::{Board, mdp, surely};
+use super::{Board, TabularMdp, surely};
 use crate::env::EnvError;
 
 const SIDE: usize = 5;
@@ -84,7 +84,7 @@ impl Yard {
 pub fn taxi() -> Result<Board, EnvError> {
     let states: Vec<Yard> = (0..SIDE * SIDE * 5 * 4).map(Yard::of).collect();
     let terminal = states.iter().map(|state| state.is_done()).collect();
-    let mdp = mdp(6, terminal, |state, action, outcomes| {
+    let mdp = TabularMdp::from_fn(6, terminal, |state, action, outcomes| {
         let (next, reward) = states[state].after(action.index());
         outcomes.push(surely(next.number(), reward));
     })?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::env::Action;
 use crate::env::conformance::check_model;
 use crate::seeds::{Stream, stream};
 

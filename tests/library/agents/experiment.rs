@@ -1,4 +1,4 @@
-//! Measurements rather than tests: run with `-- --ignored --nocapture`, best in release.
+//! Measurements rather than tests: run by `cargo test --release --test library -- --ignored --nocapture experiment`.
 
 use super::world::{Numbering, World, play};
 use eigentrail::agent::{
