@@ -125,9 +125,40 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         alone!("dyna-q"),
     ),
     arm(
+        "dyna-q-plus",
+        "Dyna-Q+ with a bonus for what was not tried for long, alone",
+        alone!("dyna-q-plus"),
+    ),
+    arm(
         "planner",
         "R-max on the learnt model, alone",
         alone!("planner"),
+    ),
+    arm(
+        "planner-frontier",
+        "the planner with frontier exploration in the place of optimism",
+        &[
+            "agent.kind=planner",
+            "agent.untried=advised",
+            "shaping.potential=none",
+            "exploration.kind=frontier",
+            "exploration.potential_advice=0",
+        ],
+    ),
+    arm(
+        "mbie-eb",
+        "MBIE-EB: plans on the learnt model with β/√n on its rewards, alone",
+        alone!("mbie-eb"),
+    ),
+    arm(
+        "ucbvi",
+        "UCBVI: plans on the learnt model with confidence bounds, alone",
+        alone!("ucbvi"),
+    ),
+    arm(
+        "psrl",
+        "posterior sampling: plans on a model drawn from what the world may be, alone",
+        alone!("psrl"),
     ),
     arm(
         "policy-iteration",
