@@ -7,6 +7,7 @@
 //! | which actions are greedy | [`TabularMdp::greedy_actions`] |
 //! | how many transitions to the end, from everywhere | [`TabularMdp::distances_to_terminal`] |
 //! | the best episode under a step limit | [`TabularMdp::optimum`] |
+//! | the episode of a given policy under a step limit | [`TabularMdp::policy_return`] |
 //! | does a loop pay for ever | [`TabularMdp::best_gain`] |
 //! | is the task one that should be solved by reaching a goal | [`TabularMdp::cautions`] |
 //!
@@ -16,6 +17,7 @@ mod cautions;
 mod environment;
 mod gain;
 mod optimum;
+mod policy_return;
 mod reachability;
 mod value_iteration;
 
