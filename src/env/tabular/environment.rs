@@ -1,6 +1,7 @@
 //! Acting in a finite MDP: the next state is drawn from P.
 
-use super::TabularMdp;
+use super::reward_noise::RewardNoise;
+use super::{NoGain, Optimum, TabularMdp};
 use crate::env::clock::EpisodeClock;
 use crate::env::{Action, EnvError, Environment, Model, Step, draw_start};
 use rand::RngExt;
@@ -20,13 +21,24 @@ impl MdpState {
     }
 }
 
+/// A life that no reset begins anew.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Life {
+    /// What the best policy earns a step.
+    gain: f64,
+    has_begun: bool,
+}
+
 /// An episodic world over a [`TabularMdp`]. Copies share the MDP.
 ///
-/// Actions with one outcome draw no random number, nor do resets with one start.
+/// Actions with one outcome draw no random number, nor do resets with one start, nor rewards without noise.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TabularEnvironment {
     mdp: Arc<TabularMdp>,
     starts: Vec<MdpState>,
+    noise: RewardNoise,
+    /// Of a task without ends.
+    life: Option<Life>,
     clock: EpisodeClock,
     rng: ChaCha8Rng,
     state: MdpState,
@@ -68,13 +80,59 @@ impl TabularEnvironment {
         Ok(TabularEnvironment {
             mdp,
             starts,
+            noise: RewardNoise::default(),
+            life: None,
             clock: EpisodeClock::new(max_steps),
             rng,
             state,
         })
     }
 
-    /// Draws outcomes and starts from `rng` from now on.
+    /// Adds a normal number of mean 0 to the reward of each step; `deviations[s]` is its standard deviation for steps
+    /// from s, 0 for none. The MDP keeps the means.
+    ///
+    /// # Panics
+    /// If there is not one finite number of at least 0 for each state.
+    pub fn with_reward_noise(mut self, deviations: &[f64]) -> Self {
+        assert_eq!(
+            deviations.len(),
+            self.mdp.num_states(),
+            "one deviation per state"
+        );
+        self.noise = RewardNoise::new(deviations);
+        self
+    }
+
+    /// The same world as a continuing task: only the first reset draws a start, each further one hands back the state where
+    /// the walker stands, so that an "episode" is a window of `max_steps` steps of one unbroken life. The best is then the
+    /// optimal gain: [`Model::optimum`] is g* times `max_steps`, and what a run falls short of it is its average-reward
+    /// regret. A window that begins well may earn more. Costs as much as [`TabularMdp::optimal_gain`].
+    ///
+    /// # Errors
+    /// [`EnvError::ContinuingEnd`], [`EnvError::NoWayBack`], [`EnvError::GainUnsettled`]; `name` says how a state is called.
+    pub fn continuing(mut self, name: impl Fn(usize) -> String) -> Result<Self, EnvError> {
+        let gain = self.mdp.optimal_gain(&self.start_states());
+        let gain = gain.map_err(|no_gain| match no_gain {
+            NoGain::End(end) => EnvError::ContinuingEnd { end: name(end) },
+            NoGain::NoWay(from, to) => EnvError::NoWayBack {
+                from: name(from),
+                to: name(to),
+            },
+            NoGain::Unsettled(lower, upper) => EnvError::GainUnsettled { lower, upper },
+        })?;
+        self.life = Some(Life {
+            gain,
+            has_begun: false,
+        });
+        Ok(self)
+    }
+
+    /// The standard deviation of what a step from `state` pays, beside that of where it leads.
+    pub fn reward_deviation(&self, state: MdpState) -> f64 {
+        self.noise.deviation(state.index())
+    }
+
+    /// Draws outcomes, rewards and starts from `rng` from now on.
     pub fn reseed(&mut self, rng: ChaCha8Rng) {
         self.rng = rng;
     }
@@ -94,7 +152,13 @@ impl Environment for TabularEnvironment {
 
     fn reset(&mut self) -> MdpState {
         self.clock.begin();
-        self.state = draw_start(&self.starts, &mut self.rng);
+        let goes_on = self.life.is_some_and(|life| life.has_begun);
+        if !goes_on {
+            self.state = draw_start(&self.starts, &mut self.rng);
+        }
+        if let Some(life) = &mut self.life {
+            life.has_begun = true;
+        }
         self.state
     }
 
@@ -115,11 +179,14 @@ impl Environment for TabularEnvironment {
                     .expect("a non-terminal state has outcomes")
             }
         };
+        let reward = self
+            .noise
+            .on(outcome.reward, self.state.index(), &mut self.rng);
         self.state = MdpState(outcome.next);
         let status = self.clock.tick(self.mdp.is_terminal(self.state.index()));
         Step {
             state: self.state,
-            reward: outcome.reward,
+            reward,
             status,
         }
     }
@@ -145,6 +212,21 @@ impl Model for TabularEnvironment {
 
     fn max_steps(&self) -> usize {
         self.clock.max_steps()
+    }
+
+    fn optimum(&self) -> Optimum {
+        let max_steps = self.clock.max_steps();
+        match self.optimal_gain() {
+            Some(gain) => Optimum {
+                expected_return: gain * max_steps as f64,
+                expected_steps: max_steps as f64,
+            },
+            None => self.mdp.optimum(&self.start_states(), max_steps),
+        }
+    }
+
+    fn optimal_gain(&self) -> Option<f64> {
+        self.life.map(|life| life.gain)
     }
 }
 
