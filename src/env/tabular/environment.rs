@@ -233,7 +233,8 @@ impl Model for TabularEnvironment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::env::Outcome;
+    use crate::env::conformance::{Expectations, check_environment};
+    use crate::env::{Outcome, StepStatus};
     use crate::seeds::{Stream, stream};
 
     #[test]
@@ -261,5 +262,76 @@ mod tests {
                 Err(EnvError::BadStart { states: 2, .. })
             ));
         }
+    }
+
+    fn coin(left: u32, right: u32, pays: f64) -> Vec<Outcome> {
+        let half = |next, reward| Outcome {
+            next,
+            probability: 0.5,
+            reward,
+        };
+        vec![half(left, 0.0), half(right, pays)]
+    }
+
+    /// A ring of 7, a coin for each step on; the last pays 14, so that the best earns 14 · ½ / 7 a step.
+    fn ring() -> TabularMdp {
+        let state = |s: u32| vec![coin(s, (s + 1) % 7, if s == 6 { 14.0 } else { 0.0 })];
+        TabularMdp::new(&(0..7).map(state).collect::<Vec<_>>(), vec![false; 7]).unwrap()
+    }
+
+    fn life(seed: u64, starts: &[usize]) -> TabularEnvironment {
+        let rng = stream(seed, Stream::Environment);
+        let world = TabularEnvironment::new(ring(), starts, 10, rng).unwrap();
+        world.continuing(|state| state.to_string()).unwrap()
+    }
+
+    /// The same steps without resets, from the same numbers, are one long episode.
+    #[test]
+    fn windows_are_parts_of_one_life() {
+        let mut windows = life(3, &[2, 5]);
+        let rng = stream(3, Stream::Environment);
+        let mut whole = TabularEnvironment::new(ring(), &[2, 5], usize::MAX, rng).unwrap();
+        let mut stands = whole.reset();
+        for window in 0..50 {
+            assert_eq!(windows.reset(), stands);
+            // One is left in the middle, and changes nothing.
+            let steps = if window == 20 { 4 } else { 10 };
+            for step in 1..=steps {
+                let (part, other) = (windows.step(Action(0)), whole.step(Action(0)));
+                assert_eq!((part.state, part.reward), (other.state, other.reward));
+                assert_eq!(part.status == StepStatus::Truncated, step == 10);
+                stands = part.state;
+            }
+        }
+        let expectations = Expectations {
+            max_steps: Some(10),
+            random: true,
+        };
+        check_environment(|seed| life(seed, &[2, 5]), &expectations).unwrap();
+    }
+
+    /// The one policy there is earns the optimum in the long run: n windows within five standard errors, seen from their own
+    /// spread, for windows of a ring hardly depend on each other.
+    #[test]
+    fn the_best_of_a_window_is_that_of_a_life() {
+        let mut world = life(1, &[0]);
+        let best = world.optimum();
+        assert!((best.expected_return - 10.0).abs() < 1e-6);
+        assert_eq!(best.expected_steps, 10.0);
+        let windows = 20_000;
+        let mut returns = Vec::new();
+        for _ in 0..windows {
+            world.reset();
+            returns.push((0..10).map(|_| world.step(Action(0)).reward).sum::<f64>());
+        }
+        let mean = returns.iter().sum::<f64>() / f64::from(windows);
+        let squares = returns.iter().map(|r| (r - mean).powi(2)).sum::<f64>();
+        let error = squares.sqrt() / f64::from(windows);
+        assert!(
+            (mean - best.expected_return).abs() < 5.0 * error,
+            "{mean}, {error}"
+        );
+        // From the start anew each time it would be less: state 6 is seven steps away.
+        assert!(world.mdp().optimal_return(&[0], 10) < best.expected_return - 20.0 * error);
     }
 }

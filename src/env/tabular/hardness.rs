@@ -23,9 +23,9 @@ use super::{NoGain, Outcome, TabularMdp};
 use crate::env::Action;
 
 /// Outcomes looked at for a measure, before it is left out.
-const MAX_WORK: usize = 200_000_000;
+const MAX_WORK: usize = 300_000_000;
 /// Share by which a number of steps may be too small.
-const SHARE: f64 = 1e-9;
+const SHARE: f64 = 1e-6;
 /// How far values may be off, relative to the largest reward.
 const TOLERANCE: f64 = 1e-12;
 /// A gap below this, relative to the largest value, is rounding.
@@ -71,7 +71,7 @@ impl Unmeasured {
 }
 
 impl TabularMdp {
-    /// D, in steps; 0 if there is but one state. Exact where moves are certain, elsewhere short by a share of a billionth at most.
+    /// D, in steps; 0 if there is but one state. Exact where moves are certain, elsewhere short by a millionth at most.
     /// O(states × outcomes) where moves are certain, O(states × outcomes) a sweep elsewhere, and never more than some
     /// 10⁸ outcomes.
     ///
@@ -400,11 +400,14 @@ mod tests {
             }
             let river = boards::river_swim(size).unwrap();
             let found = river.mdp().diameter(&[0]).unwrap();
-            assert!((found - whole).abs() < 1e-7, "{size}: {found}, not {whole}");
+            assert!(
+                (found - whole).abs() < 2e-6 * whole,
+                "{size}: {found}, not {whole}"
+            );
         }
         let river = boards::river_swim(6).unwrap();
         let brute = by_all_policies(river.mdp(), &[0, 1, 2, 3, 4, 5]);
-        assert!((river.mdp().diameter(&[0]).unwrap() - brute).abs() < 1e-7);
+        assert!((river.mdp().diameter(&[0]).unwrap() - brute).abs() < 2e-6 * brute);
     }
 
     /// Staying costs a step: 1 where γ = 1, γ^d with d steps to go else.
@@ -501,7 +504,7 @@ mod tests {
             });
             let brute = by_all_policies(&closed.unwrap(), &states);
             match mdp.diameter(&starts) {
-                Ok(found) => prop_assert!((found - brute).abs() < 1e-6 * brute.max(1.0), "{} {}", found, brute),
+                Ok(found) => prop_assert!((found - brute).abs() < 2e-6 * brute.max(1.0), "{} {}", found, brute),
                 Err(Unmeasured::NoWay { .. }) => prop_assert_eq!(brute, f64::INFINITY),
                 Err(other) => prop_assert!(false, "{:?}", other),
             }
