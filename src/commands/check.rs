@@ -191,7 +191,7 @@ fn table(loaded: &Loaded, facts: &Facts) -> String {
     row(
         "diameter",
         match (facts.diameter, &facts.why_no_diameter) {
-            (Some(steps), _) => format!("{:.6} steps", Short(steps)),
+            (Some(steps), _) => format!("{:.3} steps", Short(steps)),
             (None, why) => why.clone().unwrap_or_default(),
         },
     );

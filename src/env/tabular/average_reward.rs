@@ -225,11 +225,10 @@ mod tests {
 
     /// Four states, two actions; the first action goes round, so that all communicate, the second anywhere.
     fn small_world(certain: bool) -> impl Strategy<Value = TabularMdp> {
-        let anywhere = (0..4_u32, 0..4_u32, -5..6_i32, -5..6_i32);
-        prop::collection::vec((anywhere, -5..6_i32), 4).prop_map(move |states| {
-            let state = |(s, ((a, b, x, y), on)): (u32, ((u32, u32, i32, i32), i32))| {
-                let b = if certain { a } else { b };
-                let y = if certain { x } else { y };
+        let anywhere = (0..4_u32, 0..4_u32, [-5..6_i32, -5..6_i32, -5..6_i32]);
+        prop::collection::vec(anywhere, 4).prop_map(move |states| {
+            let state = |s: usize| {
+                let (a, b, [x, y, on]) = states[s];
                 let half = |next, reward| Outcome {
                     next,
                     probability: 0.5,
@@ -239,9 +238,9 @@ mod tests {
                     true => sure(a, f64::from(x)),
                     false => vec![half(a, x), half(b, y)],
                 };
-                vec![sure((s + 1) % 4, f64::from(on)), freely]
+                vec![sure((s as u32 + 1) % 4, f64::from(on)), freely]
             };
-            let states: Vec<_> = (0..).zip(states).map(state).collect();
+            let states: Vec<_> = (0..4).map(state).collect();
             TabularMdp::new(&states, vec![false; 4]).unwrap()
         })
     }
