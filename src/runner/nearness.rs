@@ -34,9 +34,7 @@ pub struct Nearness {
 impl Nearness {
     /// That of a world. See [`TabularMdp::optimum`](crate::env::TabularMdp::optimum) for the cost.
     pub fn of(world: &impl Model) -> Self {
-        let mdp = world.to_mdp();
-        let optimum = mdp.optimum(&world.start_states(), world.max_steps());
-        Self::new(optimum, mdp.reward_range())
+        Self::new(world.optimum(), world.to_mdp().reward_range())
     }
 
     /// That of a world with this optimum, whose rewards lie between the two.
