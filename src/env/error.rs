@@ -240,6 +240,36 @@ pub enum EnvError {
         /// Number of states.
         states: usize,
     },
+    /// A continuing task that ends.
+    #[error(
+        "a continuing task has no end, but {end:?} is one and can be reached: leave out continuing, or the ends"
+    )]
+    ContinuingEnd {
+        /// The end's name.
+        end: String,
+    },
+    /// A continuing task with a way that cannot be gone back.
+    #[error(
+        "every state of a continuing task must be reachable from every other, but {to:?} cannot be reached from {from:?}: \
+         add a way, or leave out continuing"
+    )]
+    NoWayBack {
+        /// Name of the state with no way out to the other.
+        from: String,
+        /// Name of the other.
+        to: String,
+    },
+    /// A continuing task of which what is best could not be found.
+    #[error(
+        "the world is too large or too slow for a continuing task: what its best policy earns a step lies between {lower} and \
+         {upper}, and closing this would take too long; make it smaller, or leave out continuing"
+    )]
+    GainUnsettled {
+        /// Lower bound of the gain.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
+    },
     /// A name that is not in the edge list.
     #[error("{file}: no state is named {name:?}{}", suggestion(.nearest))]
     UnknownState {

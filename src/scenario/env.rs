@@ -90,7 +90,7 @@ impl EnvKind {
             EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed"],
             EnvKind::Ascii => &["map", "rewards"],
             EnvKind::EdgeList => &["file"],
-            EnvKind::DeepSea => &["size", "seed"],
+            EnvKind::DeepSea => &["size", "stochastic", "seed"],
             EnvKind::RiverSwim | EnvKind::FrozenLake => &["size"],
             EnvKind::Cliff | EnvKind::Taxi => &[],
             EnvKind::Bridge => &["fall"],
@@ -186,6 +186,10 @@ pub struct EnvParams {
     /// deep-sea, river-swim, frozen-lake: rows (10), states (6), or cells a side (4, or 8).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<usize>,
+    /// deep-sea: bsuite's stochastic form (false): a step right fails with probability 1/size, and a standard normal number is added
+    /// to what the last step pays at both ends of the last row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stochastic: Option<bool>,
     /// bridge: what a fall leads to, "pit" (the end, at 100), "swamp" (30 steps back) or "back" (the start, at 20).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fall: Option<Fall>,
@@ -227,6 +231,10 @@ pub struct EnvParams {
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,
+    /// edge-list without goals, and boards without ends (river-swim): nothing is reset when the clock runs out, an "episode" is a
+    /// window of `max_steps` steps of one unbroken life, and what is best is the most that can be earned a step for ever.
+    /// Most learners need agent.gamma < 1 then.
+    pub continuing: bool,
     /// After how many steps an episode is cut off: "auto" (ten times the number of states; boards of the field: as is usual
     /// there) or a number, at most 1 000 000 000.
     pub max_steps: MaxSteps,
@@ -275,6 +283,7 @@ impl EnvParams {
                 "rounds" => fill(&mut self.rounds, 4),
                 "seed" => fill(&mut self.seed, 0),
                 "size" => fill(&mut self.size, size),
+                "stochastic" => fill(&mut self.stochastic, false),
                 "fall" => fill(&mut self.fall, Fall::default()),
                 _ => {} // map, rewards and file have no default
             }
@@ -308,6 +317,7 @@ impl EnvParams {
             ("rewards", self.rewards.is_some()),
             ("file", self.file.is_some()),
             ("size", self.size.is_some()),
+            ("stochastic", self.stochastic.is_some()),
             ("fall", self.fall.is_some()),
         ];
         let own = self.kind.own_keys();
@@ -319,6 +329,9 @@ impl EnvParams {
         }
         if self.kind.is_board() {
             self.require_board()?;
+        }
+        if self.continuing {
+            self.require_no_goals()?;
         }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(
@@ -335,7 +348,9 @@ impl EnvParams {
         match self.kind {
             EnvKind::Ascii if self.map.is_none() => Err(missing("env.map", self.kind)),
             EnvKind::EdgeList if self.file.is_none() => Err(missing("env.file", self.kind)),
-            EnvKind::EdgeList if self.goals.is_none() => Err(missing("env.goals", self.kind)),
+            EnvKind::EdgeList if self.goals.is_none() && !self.continuing => {
+                Err(missing("env.goals", self.kind))
+            }
             EnvKind::EdgeList if self.slip != 0.0 => Err(BrokenRule::new(
                 "env.slip",
                 "env.slip is for maps: an edge list says itself where an action may lead, in its column probability",
@@ -363,6 +378,28 @@ impl EnvParams {
                 ),
             )),
         }
+    }
+
+    /// Whether nothing is said of goals, where episodes would end.
+    fn require_no_goals(&self) -> Result<(), BrokenRule> {
+        if self.kind.is_map() {
+            let message = format!(
+                "env.continuing is for worlds without ends: kind = \"{}\" has goals, where episodes end; a world without goals \
+                 can be written as an edge list",
+                self.kind.name()
+            );
+            return Err(BrokenRule::new("env.continuing", message));
+        }
+        for list in [GoalList::First, GoalList::Moved] {
+            if list.of(self).is_some_and(|goals| !goals.is_empty()) {
+                let key = list.key();
+                let message = format!(
+                    "{key}: episodes end at goals, and a continuing task has none; leave out one of the two"
+                );
+                return Err(BrokenRule::new(key, message));
+            }
+        }
+        Ok(())
     }
 
     /// A key of another kind.

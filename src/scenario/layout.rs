@@ -99,6 +99,9 @@ impl EnvParams {
             EnvError::GoalWithoutReward { .. } => "env.rewards".to_owned(),
             EnvError::LayoutParameter { parameter, .. } => format!("env.{parameter}"),
             EnvError::Slip { .. } => "env.slip".to_owned(),
+            EnvError::ContinuingEnd { .. }
+            | EnvError::NoWayBack { .. }
+            | EnvError::GainUnsettled { .. } => "env.continuing".to_owned(),
             EnvError::NoSteps => "env.max_steps".to_owned(),
             EnvError::RewardNotFinite { .. }
             | EnvError::StepRewardPositive { .. }

@@ -6,8 +6,8 @@ use super::error::BrokenRule;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use crate::env::{
-    Board, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
-    boards,
+    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum,
+    TabularEnvironment, TabularMdp, Unmeasured, boards,
 };
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -127,7 +127,11 @@ impl EnvParams {
         let world = match (list, self.board(goals)?) {
             (Some(list), _) => self.listed(list, goals, rng)?,
             (None, Some(board)) => {
-                let world = board.environment(self.max_steps.given(), rng);
+                let max_steps = self.max_steps.given();
+                let world = match self.continuing {
+                    true => board.continuing(max_steps, rng),
+                    false => board.environment(max_steps, rng),
+                };
                 let world = world.map_err(|e| self.blame(e, goals))?;
                 World::Listed(world, board.state_names().to_vec())
             }
@@ -161,7 +165,10 @@ impl EnvParams {
         let board = match self.kind {
             EnvKind::DeepSea => {
                 let rng = &mut stream(self.seed.unwrap_or_default(), Stream::Layout);
-                boards::deep_sea(size, rng)
+                match self.stochastic.unwrap_or_default() {
+                    true => boards::stochastic_deep_sea(size, rng),
+                    false => boards::deep_sea(size, rng),
+                }
             }
             EnvKind::RiverSwim => boards::river_swim(size),
             EnvKind::Cliff => boards::cliff_walking(),
@@ -211,6 +218,7 @@ impl EnvParams {
         Ok(EdgeListParams {
             start,
             goals: goals.collect::<Result<_, BrokenRule>>()?,
+            continuing: self.continuing,
             rewards: self.reward,
             max_steps: self.max_steps.given(),
         })
@@ -275,24 +283,64 @@ impl World {
         }
     }
 
-    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
-    /// cost.
-    pub fn cautions(&self) -> Vec<String> {
-        fn of<E: Model>(world: &E, name: impl Fn(usize) -> String) -> Vec<String> {
-            let cautions = world
-                .to_mdp()
-                .cautions(&world.start_states(), world.max_steps());
-            cautions.iter().map(|c| c.message(&name)).collect()
+    /// Of a continuing task, what the best policy earns a step.
+    pub fn optimal_gain(&self) -> Option<f64> {
+        match self {
+            World::Grid(world) => world.optimal_gain(),
+            World::Listed(world, _) => world.optimal_gain(),
         }
+    }
+
+    /// Steps between the two states that are farthest from each other, or in words why there is no number; see
+    /// [`TabularMdp::diameter`](crate::env::TabularMdp::diameter).
+    pub fn diameter(&self) -> Result<f64, String> {
+        self.measure(|mdp, starts| mdp.diameter(starts))
+    }
+
+    /// Σ 1 / (V* − Q*) with this discount, or in words why there is no number; see
+    /// [`TabularMdp::sum_of_inverse_gaps`](crate::env::TabularMdp::sum_of_inverse_gaps).
+    pub fn sum_of_inverse_gaps(&self, gamma: f64) -> Result<f64, String> {
+        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts, gamma))
+    }
+
+    fn measure(
+        &self,
+        measure: impl Fn(&TabularMdp, &[usize]) -> Result<f64, Unmeasured>,
+    ) -> Result<f64, String> {
+        let measured = match self {
+            World::Grid(world) => measure(&world.to_mdp(), &world.start_states()),
+            World::Listed(world, _) => measure(world.mdp(), &world.start_states()),
+        };
+        measured.map_err(|why| why.message(|state| self.state_name(state)))
+    }
+
+    /// The name of a state, by its number in the MDP.
+    fn state_name(&self, state: usize) -> String {
         match self {
             World::Grid(world) => {
-                let cells: Vec<_> = world.mdp_cells().collect();
-                of(world, |state| {
-                    let (row, col) = world.layout().position(cells[state]);
-                    format!("[{row}, {col}]")
-                })
+                let cell = world.mdp_cells().nth(state).expect("a state of this world");
+                let (row, col) = world.layout().position(cell);
+                format!("[{row}, {col}]")
             }
-            World::Listed(world, names) => of(world, |state| format!("{:?}", names[state])),
+            World::Listed(_, names) => format!("{:?}", names[state]),
         }
+    }
+
+    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
+    /// cost. Nothing of a continuing task: it has no ends to miss, and is meant to pay for ever.
+    pub fn cautions(&self) -> Vec<String> {
+        fn of<E: Model>(world: &E) -> Vec<Caution> {
+            if world.optimal_gain().is_some() {
+                return Vec::new();
+            }
+            let mdp = world.to_mdp();
+            mdp.cautions(&world.start_states(), world.max_steps())
+        }
+        let cautions = match self {
+            World::Grid(world) => of(world),
+            World::Listed(world, _) => of(world),
+        };
+        let name = |state| self.state_name(state);
+        cautions.iter().map(|c| c.message(name)).collect()
     }
 }
