@@ -3,6 +3,9 @@
 /// The arm that all others are measured against.
 pub const BASELINE: &str = "sparse";
 
+/// The arm that is a scenario as it is by default.
+pub const DEFAULT_ARM: &str = "gcn";
+
 /// A name for a few settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuiltInArm {
@@ -96,6 +99,36 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         "gcn-shaping-only",
         "the same potential without exploration",
         actor_critic!("gcn", "none"),
+    ),
+    arm(
+        "no-advice",
+        "the default without look-ahead advice: frontier exploration and the shaped reward",
+        actor_critic!("gcn", "frontier", "exploration.potential_advice=0"),
+    ),
+    arm(
+        "no-shaping",
+        "the default without shaped reward and without look-ahead advice: frontier exploration",
+        actor_critic!(
+            "gcn",
+            "frontier",
+            "exploration.potential_advice=0",
+            "shaping.mix=0"
+        ),
+    ),
+    arm(
+        "advice-only",
+        "the default without shaped reward: frontier exploration and look-ahead advice",
+        actor_critic!("gcn", "frontier", "shaping.mix=0"),
+    ),
+    arm(
+        "untrained",
+        "the default with a network that is never trained",
+        actor_critic!(
+            "gcn",
+            "frontier",
+            "shaping.cold_epochs=0",
+            "shaping.warm_epochs=0"
+        ),
     ),
     arm(
         "heat",

@@ -33,7 +33,7 @@ mod world;
 mod worlds;
 
 pub use arms::{Arm, ArmParams};
-pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm};
+pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm, DEFAULT_ARM};
 pub use document::Document;
 pub use env::{EnvKind, EnvParams};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};

@@ -7,6 +7,7 @@
 //! | which actions are greedy | [`TabularMdp::greedy_actions`] |
 //! | how many transitions to the end, from everywhere | [`TabularMdp::distances_to_terminal`] |
 //! | the best episode under a step limit | [`TabularMdp::optimum`] |
+//! | the episode of a given policy under a step limit | [`TabularMdp::policy_return`] |
 //! | does a loop pay for ever | [`TabularMdp::best_gain`] |
 //! | the best mean reward of a life without end | [`TabularMdp::optimal_gain`] |
 //! | how hard is it to learn | [`TabularMdp::diameter`], [`TabularMdp::sum_of_inverse_gaps`] |
@@ -20,6 +21,7 @@ mod environment;
 mod gain;
 mod hardness;
 mod optimum;
+mod policy_return;
 mod reachability;
 mod reward_noise;
 mod value_iteration;

@@ -26,11 +26,11 @@ use crate::archive::{
     Compared, Comparison, Existing, FolderKind, RunFolder, TrialRecord, TrialsByArm, Tuning,
     begin_comparison, names, write_comparison,
 };
-use crate::scenario::{Arm, BASELINE, Choices, Loaded};
+use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded};
 use crate::time_stamp;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use summarise::{mean_over, regret_interval, summarise, timing};
+use summarise::{differences, mean_over, regret_interval, summarise, timing};
 use tuning::tuning_trials;
 
 /// Request for a comparison: what to compare, and where to write it.
@@ -137,6 +137,12 @@ fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm,
     laid.ok_or_else(unknown)
 }
 
+/// The arm that the others are shown against: the default one, or the first.
+fn reference(arms: &[Arm]) -> &str {
+    let default = arms.iter().find(|arm| arm.name == DEFAULT_ARM);
+    &default.unwrap_or(&arms[0]).name
+}
+
 /// A comparison under way.
 struct Field<'a> {
     loaded: &'a Loaded,
@@ -205,6 +211,7 @@ impl Field<'_> {
             optimal_return: mean_over(sparse_trials, |result| result.optimal_return),
             goals_moved_after: sparse_trials[0].result.goals_moved_after,
             sparse_regret: regret_interval(sparse_trials),
+            differences: differences(reference(&arms), &trials),
             tuning: tuned.zip(tuned_trials).map(|(tuned, trials)| Tuning {
                 seeds: tuned.seeds,
                 tried: tuned.tried,
