@@ -32,6 +32,8 @@ pub enum Stream {
     Features = 9,
     /// Slips and start states after the goals have moved.
     MovedEnvironment = 10,
+    /// Where a goal is that each seed has of its own.
+    Goals = 11,
 }
 
 /// The generator of `stream` under `master_seed`.

@@ -264,9 +264,9 @@ pub struct Comparison {
     pub arms: Vec<ArmSummary>,
     /// Episodes of each run.
     pub episodes: usize,
-    /// Mean length of an episode under the best policy.
+    /// Mean length of an episode under the best policy, over the seeds.
     pub optimal_steps: f64,
-    /// Mean return of such an episode, R*.
+    /// Mean return of such an episode, R*, over the seeds.
     pub optimal_return: f64,
     /// Episodes before the goals moved, if they did: what is optimal, the steps and episodes to 1.5 and 1.1 times the
     /// optimum, and what is final are of the episodes since.

@@ -96,6 +96,11 @@ pub enum EnvError {
     /// No goal at all.
     #[error("there is no goal: mark one G in the map, or name a place")]
     NoGoal,
+    /// Nowhere to draw a goal from.
+    #[error(
+        "there is no place for a random goal: no free cell but the start can be reached; open a way, or move the start"
+    )]
+    NoPlaceForGoal,
     /// The start lies in a wall.
     #[error("the start [{row}, {col}] is in a wall: choose a free cell")]
     StartInWall {

@@ -1,6 +1,7 @@
 //! The section `[env]`: which world.
 
 use super::error::BrokenRule;
+use super::goals::{GoalSpec, Goals};
 use super::place::{MaxSteps, MoveAfter, Place};
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
@@ -115,17 +116,6 @@ impl EnvKind {
     }
 }
 
-/// One goal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GoalSpec {
-    /// Where it is.
-    pub at: Place,
-    /// What it pays on top of a step, if not what `reward` says; edge-list: if the file does not say it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reward: Option<f64>,
-}
-
 /// Which of the two lists of goals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum GoalList {
@@ -144,12 +134,18 @@ impl GoalList {
         }
     }
 
-    /// The goals in it, if it is given.
+    /// The goals in it, if it is given and lists them.
     pub(super) fn of(self, env: &EnvParams) -> Option<&[GoalSpec]> {
-        match self {
-            GoalList::First => env.goals.as_deref(),
-            GoalList::Moved => env.moved_goals.as_deref(),
+        match (self, &env.goals) {
+            (GoalList::First, Some(Goals::Listed(goals))) => Some(goals),
+            (GoalList::First, _) => None,
+            (GoalList::Moved, _) => env.moved_goals.as_deref(),
         }
+    }
+
+    /// Whether each seed draws a goal of its own instead.
+    pub(super) fn is_drawn(self, env: &EnvParams) -> bool {
+        self == GoalList::First && matches!(env.goals, Some(Goals::Drawn(_)))
     }
 }
 
@@ -215,9 +211,10 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Place>,
     /// Where episodes end: places as for `start`, and "farthest" (from the start); the default is "bottom-right",
-    /// for ascii what the map says.
+    /// for ascii what the map says. On maps also "random": one goal, which each seed of the run puts at a place of its
+    /// own, each that can be reached equally likely.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub goals: Option<Vec<GoalSpec>>,
+    pub goals: Option<Goals>,
     /// Goals that take the place of `goals` while the run goes on; the agent is not told. Without them nothing moves.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_moved_goals())]
@@ -294,7 +291,7 @@ impl EnvParams {
                 at: Place::from("bottom-right"),
                 reward: None,
             };
-            fill(&mut self.goals, vec![goal]);
+            fill(&mut self.goals, Goals::Listed(vec![goal]));
         }
         if self.moved_goals.is_some() {
             fill(&mut self.goals_move_after, MoveAfter::default());
@@ -351,6 +348,10 @@ impl EnvParams {
             EnvKind::EdgeList if self.goals.is_none() && !self.continuing => {
                 Err(missing("env.goals", self.kind))
             }
+            EnvKind::EdgeList if GoalList::First.is_drawn(self) => Err(BrokenRule::new(
+                "env.goals",
+                "env.goals = \"random\" is for maps: an edge list needs the names of its goals",
+            )),
             EnvKind::EdgeList if self.slip != 0.0 => Err(BrokenRule::new(
                 "env.slip",
                 "env.slip is for maps: an edge list says itself where an action may lead, in its column probability",

@@ -3,6 +3,7 @@
 use super::Scenario;
 use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
+use super::layout::goal_stream;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use crate::env::{
@@ -31,8 +32,8 @@ pub struct MovedWorld {
 }
 
 impl Scenario {
-    /// The world, with the goals that a run begins with; `seed` is the run's and draws slips and random starts.
-    /// O(states).
+    /// The world, with the goals that a run begins with; `seed` is the run's and draws slips, random starts and a random
+    /// goal. O(states).
     ///
     /// # Errors
     /// If the section `[env]` does not describe one, with the key to blame.
@@ -47,9 +48,8 @@ impl Scenario {
         list: Option<&EdgeList>,
         seed: u64,
     ) -> Result<World, BrokenRule> {
-        let rng = stream(seed, Stream::Environment);
         let episodes = self.run.episodes;
-        self.env.world(list, GoalList::First, rng, episodes)
+        self.env.world(list, GoalList::First, seed, episodes)
     }
 
     /// The same world with the goals that a run ends with; none if they do not move. Its states are those of
@@ -74,7 +74,7 @@ impl Scenario {
         let Some(after) = self.goals_move_after() else {
             return Ok(None);
         };
-        if self.env.goals == self.env.moved_goals {
+        if GoalList::First.of(&self.env) == self.env.moved_goals.as_deref() {
             return Err(BrokenRule::new(
                 GoalList::Moved.key(),
                 "env.moved_goals = env.goals: the goals would not move",
@@ -89,9 +89,8 @@ impl Scenario {
                 ),
             ));
         }
-        let rng = stream(seed, Stream::MovedEnvironment);
         let episodes = self.run.episodes;
-        let world = self.env.world(list, GoalList::Moved, rng, episodes)?;
+        let world = self.env.world(list, GoalList::Moved, seed, episodes)?;
         Ok(Some(MovedWorld { after, world }))
     }
 
@@ -115,15 +114,19 @@ impl Scenario {
 }
 
 impl EnvParams {
-    /// The world with these goals, for a run of `episodes`, on an edge list or, without one, on a map.
+    /// The world with these goals, for a run of `episodes` with this seed, on an edge list or, without one, on a map.
     fn world(
         &self,
         list: Option<&EdgeList>,
         goals: GoalList,
-        rng: ChaCha8Rng,
+        seed: u64,
         episodes: usize,
     ) -> Result<World, BrokenRule> {
         self.check_rewards(goals)?;
+        let rng = match goals {
+            GoalList::First => stream(seed, Stream::Environment),
+            GoalList::Moved => stream(seed, Stream::MovedEnvironment),
+        };
         let world = match (list, self.board(goals)?) {
             (Some(list), _) => self.listed(list, goals, rng)?,
             (None, Some(board)) => {
@@ -136,7 +139,7 @@ impl EnvParams {
                 World::Listed(world, board.state_names().to_vec())
             }
             (None, None) => {
-                let layout = self.layout(goals)?;
+                let layout = self.layout(goals, seed)?;
                 let world = GridWorld::new(layout, self.grid_world_params(), rng);
                 World::Grid(world.map_err(|e| self.blame(e, goals))?)
             }
@@ -245,6 +248,17 @@ impl World {
         match self {
             World::Grid(world) => world.reseed(rng),
             World::Listed(world, _) => world.reseed(rng),
+        }
+    }
+
+    /// Puts the one goal of a map where a run with this seed has it.
+    pub(super) fn draw_goal(&mut self, seed: u64) {
+        if let World::Grid(world) = self {
+            let (map, anywhere) = (world.layout().clone(), world.params().random_start);
+            let drawn = map.with_random_goal(anywhere, &mut goal_stream(seed));
+            let goals = drawn.expect("there was a place for a goal before").goals;
+            let moved = world.set_goals(goals);
+            moved.expect("a single goal that can be reached is a valid one");
         }
     }
 

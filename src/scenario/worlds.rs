@@ -1,6 +1,7 @@
 //! The worlds of a scenario, read and built once for all its seeds.
 
 use super::Scenario;
+use super::env::GoalList;
 use super::error::BrokenRule;
 use super::world::{MovedWorld, World};
 use crate::seeds::{Stream, stream};
@@ -11,6 +12,8 @@ use crate::seeds::{Stream, stream};
 pub struct Worlds {
     first: World,
     moved: Option<MovedWorld>,
+    /// Whether each seed has a goal of its own.
+    draw_goal: bool,
 }
 
 impl Worlds {
@@ -20,14 +23,15 @@ impl Worlds {
     /// If they do not describe any, with the key to blame.
     pub fn of(scenario: &Scenario) -> Result<Self, BrokenRule> {
         let list = scenario.env.edge_list()?;
-        let list = list.as_ref();
+        let (list, seed) = (list.as_ref(), scenario.run.seed);
         Ok(Self {
-            first: scenario.first_world(list, 0)?,
-            moved: scenario.world_after_move(list, 0)?,
+            first: scenario.first_world(list, seed)?,
+            moved: scenario.world_after_move(list, seed)?,
+            draw_goal: GoalList::First.is_drawn(&scenario.env),
         })
     }
 
-    /// The world that runs begin with, whatever their seed.
+    /// The world that runs begin with, whatever their seed; where [each has its own](Self::differ_by_seed), that of `run.seed`.
     pub fn first(&self) -> &World {
         &self.first
     }
@@ -37,9 +41,17 @@ impl Worlds {
         self.moved.as_ref()
     }
 
-    /// The first one for a run with this seed, which draws slips and random starts.
+    /// Whether the goal that a run begins with is at another place for each seed.
+    pub fn differ_by_seed(&self) -> bool {
+        self.draw_goal
+    }
+
+    /// The first one for a run with this seed, which draws slips, random starts and a random goal. O(states).
     pub fn first_for(&self, seed: u64) -> World {
         let mut world = self.first.clone();
+        if self.draw_goal {
+            world.draw_goal(seed);
+        }
         world.reseed(stream(seed, Stream::Environment));
         world
     }

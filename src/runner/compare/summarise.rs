@@ -53,6 +53,18 @@ pub fn summarise(
     }
 }
 
+/// Mean over the trials, of which there must be one; where all have the same number it is that one to the last bit.
+pub fn mean_over(trials: &[TrialRecord], part: fn(&TrialResult) -> f64) -> f64 {
+    mean_from_first(trials.iter().map(|t| part(&t.result)))
+}
+
+/// x₀ + Σ (x − x₀) / n.
+fn mean_from_first(values: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let count = values.len() as f64;
+    let first = values.clone().next().expect("a mean of something");
+    first + values.map(|value| value - first).sum::<f64>() / count
+}
+
 /// Interquartile mean of the regret.
 pub fn regret_interval(trials: &[TrialRecord]) -> IqmInterval {
     let Interval { value, low, high } =
@@ -167,6 +179,15 @@ pub fn timing(name: &str, trials: &[TrialRecord]) -> ArmTiming {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn equal_numbers_have_themselves_as_their_mean() {
+        let mean = |values: &[f64]| mean_from_first(values.iter().copied());
+        let tenth = [0.1; 10];
+        assert_ne!(tenth.iter().sum::<f64>(), 1.0);
+        assert_eq!(mean(&tenth), 0.1);
+        assert_eq!(mean(&[20.0, 26.0, 23.0, 11.0]), 20.0);
+    }
 
     #[test]
     fn never_counts_as_latest() {

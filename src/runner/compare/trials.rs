@@ -10,7 +10,6 @@ use crate::archive::{
 };
 use crate::runner::error::RunnerError;
 use crate::runner::observer::Observers;
-use crate::runner::optimal_returns::OptimalReturns;
 use crate::runner::parallel_map::parallel_map;
 use crate::runner::seed_writer::SightsWriter;
 use crate::runner::trial::{self, Trial};
@@ -68,7 +67,7 @@ impl Field<'_> {
         let first = seed == self.request.seeds[0];
         let keep = first.then(|| folder.join(seed_folder_name(seed)));
         let worlds = &self.loaded.worlds;
-        let optimal = *self.optimal.get_or_init(|| OptimalReturns::of(worlds));
+        let optimal = self.optimal.of(worlds, seed);
         let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed)?;
         let Some(trial) = record(&mut *trial, hash, keep.as_deref(), self.watch.stop)? else {
             return Ok(None);
@@ -158,6 +157,7 @@ fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runner::optimal_returns::OptimalReturns;
     use crate::scenario::{Loaded, Scenario};
 
     fn run_trial(
@@ -166,7 +166,7 @@ mod tests {
         keep: Option<&Path>,
         stop: &AtomicBool,
     ) -> Option<TrialRecord> {
-        let optimal = OptimalReturns::of(&loaded.worlds);
+        let optimal = OptimalReturns::of(&loaded.worlds, seed);
         let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed).unwrap();
         record(&mut *trial, "", keep, stop).unwrap()
     }
