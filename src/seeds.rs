@@ -31,6 +31,8 @@ pub enum Stream {
     Features = 9,
     /// Slips and start states after the goals have moved.
     MovedEnvironment = 10,
+    /// Random potentials, a control for those that know something.
+    Potential = 11,
 }
 
 /// The generator of `stream` under `master_seed`.

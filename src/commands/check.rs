@@ -32,6 +32,9 @@ fn warn_of(worlds: &Worlds) {
     for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
         say(format!("warning: since the goals moved, {caution}"));
     }
+    for caution in worlds.potential_cautions() {
+        say(format!("warning: {caution}"));
+    }
 }
 
 /// What the scenario amounts to; refused if it cannot fit into this machine.

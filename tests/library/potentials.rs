@@ -611,7 +611,7 @@ fn the_oracle_repeats_what_it_was_told() {
     let world = Map::open(2, 2, &[3]).explored(-0.5, |_, _| true);
     let mut oracle = build(PotentialKind::Oracle);
     for (state, distance) in [(0, 2.0), (1, 1.0), (3, 0.0), (7, f64::INFINITY)] {
-        oracle.set_true_distance(StateId(state), distance);
+        oracle.tell(StateId(state), distance);
     }
     let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
     assert_eq!(
@@ -620,7 +620,7 @@ fn the_oracle_repeats_what_it_was_told() {
         "state 2 was not told: the lowest value"
     );
     let mut oracle = build(PotentialKind::Oracle);
-    oracle.set_true_distance(StateId(0), 2.0);
+    oracle.tell(StateId(0), 2.0);
     let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
     assert_eq!(phi, [-2.0, -2.0, -2.0, 0.0], "a goal need not be told");
 }
@@ -688,8 +688,8 @@ fn a_potential_read_back_goes_on_to_the_same_bits() {
             let world = map.explored(-1.0, |state, _| state < explored);
             let features = Mat::from_fn(rows, columns, |i, c| ((i + 3 * c + rows) as f64).sin());
             let [expected, found] = [&mut kept, &mut read].map(|potential| {
-                potential.set_true_distance(StateId(explored - 1), f64::from(explored) / 3.0);
-                potential.set_true_distance(StateId(1), f64::INFINITY);
+                potential.tell(StateId(explored - 1), f64::from(explored) / 3.0);
+                potential.tell(StateId(1), f64::INFINITY);
                 let fit = world.with(|inputs| {
                     potential.fit(&PotentialInputs {
                         features: features.as_ref(),
