@@ -220,3 +220,169 @@ fn coordinate(column: &str, field: &str) -> Result<usize, String> {
     let number = field.parse();
     number.map_err(|_| format!("{column} = {field:?} is not a whole number from 0"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Loaded, Scenario};
+    use std::fs;
+
+    const MAP: &str = "[env]\nkind = \"ascii\"\nmap = \"\"\"\nS.#\n..G\n\"\"\"\n";
+    const LIST: &str =
+        "[env]\nkind = \"edge-list\"\nfile = \"world.csv\"\ngoals = [{ at = \"the pond\" }]\n";
+
+    fn load(world: &str, phi: &str) -> Result<Loaded, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        put(
+            "world.csv",
+            "from,action,to\nhome,go,mill\nmill,go,the pond\n",
+        );
+        put("phi.csv", phi);
+        let text = format!("{world}[shaping]\npotential = \"file\"\nfile = \"phi.csv\"\n");
+        let path = folder.path().join("x.toml");
+        Scenario::parse(&path, text, &[]).map_err(|e| e.to_string())
+    }
+
+    fn values(world: &str, phi: &str) -> Vec<Option<f64>> {
+        let loaded = load(world, phi).unwrap_or_else(|e| panic!("{e}"));
+        let path = loaded.scenario.shaping.file.unwrap();
+        loaded.worlds.potential_of(&path).unwrap().values().to_vec()
+    }
+
+    #[test]
+    fn places_and_names_find_their_states() {
+        // In reading order: 0,0  0,1  1,0  1,1  1,2.
+        assert_eq!(
+            values(MAP, "row,col,potential\n1,1,-1\n0,0,-3.5\n"),
+            [Some(-3.5), None, None, Some(-1.0), None]
+        );
+        let exported = "\u{feff}seed,state,row,col,potential,visits,greedy\r\n7,0, 0 ,1,1e3,5,\r\n7,1,1,2,-0,5,2\r\n";
+        assert_eq!(
+            values(MAP, exported),
+            [None, Some(1000.0), None, None, Some(0.0)]
+        );
+        for header in ["name,potential", "node,potential", "state,name,potential"] {
+            let state = if header.starts_with("state") {
+                "4,"
+            } else {
+                ""
+            };
+            let text = format!("{header}\n{state}\"the pond\",0\n{state}home,-2\n");
+            assert_eq!(values(LIST, &text), [Some(-2.0), None, Some(0.0)]);
+        }
+        assert_eq!(values(MAP, "row,col,potential\n"), [None; 5]);
+    }
+
+    #[test]
+    fn states_left_out_are_counted() {
+        let caution = |phi: &str| load(MAP, phi).unwrap().worlds.potential_cautions().next();
+        let all = "row,col,potential\n0,0,1\n0,1,1\n1,0,1\n1,1,1\n1,2,1\n";
+        assert_eq!(caution(all), None);
+        let said = caution("row,col,potential\n0,0,1\n0,1,1\n").unwrap();
+        assert!(
+            said.ends_with("phi.csv: names 2 of the 5 states of the world; φ is 0 in the other 3"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_slip_is_placed_and_explained() {
+        for (world, phi, expected) in [
+            (
+                MAP,
+                "",
+                "line 1: the column \"row\" is missing; the header is row,col,potential",
+            ),
+            (
+                MAP,
+                "state,potential\n0,1\n",
+                "line 1: the column \"row\" is missing; the header is row,col,potential",
+            ),
+            (
+                MAP,
+                "row,col\n",
+                "line 1: the column \"potential\" is missing",
+            ),
+            (
+                MAP,
+                "row,col,potental\n",
+                "line 1: unknown column \"potental\"; did you mean \"potential\"?; the header is",
+            ),
+            (
+                MAP,
+                "row,col,col,potential\n",
+                "line 1: the column \"col\" is given twice",
+            ),
+            (
+                LIST,
+                "name,node,potential\n",
+                "line 1: the column \"node\" is given twice",
+            ),
+            (
+                LIST,
+                "row,col,potential\n",
+                "line 1: unknown column \"row\"; the header is name,potential",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,0,-1\n0,1\n",
+                "line 3: 2 fields, where the header has 3",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,0,high\n",
+                "line 2: potential = \"high\" is not a finite number of at most 1e27 in size",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,0,NaN\n",
+                "line 2: potential = \"NaN\" is not a finite number",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,0,\n",
+                "line 2: potential = \"\" is not a finite number",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,1,-inf\n",
+                "line 2: potential = \"-inf\" is not a finite number",
+            ),
+            (
+                MAP,
+                "row,col,potential\n0,1,1e28\n",
+                "line 2: potential = \"1e28\" is not a finite number of at most 1e27",
+            ),
+            (
+                MAP,
+                "row,col,potential\n-1,0,0\n",
+                "line 2: row = \"-1\" is not a whole number from 0",
+            ),
+            (
+                MAP,
+                "row,col,potential\n1,3,0\n",
+                "line 2: 1,3 is outside the map, which has 2 rows and 3 columns counted from 0",
+            ),
+            (MAP, "row,col,potential\n0,2,0\n", "line 2: 0,2 is a wall"),
+            (
+                MAP,
+                "row,col,potential\n1,1,0\n\n1,0,2\n1,1,0\n",
+                "line 5: the state 1,1 is given on line 2 already",
+            ),
+            (
+                LIST,
+                "name,potential\nhome,-2\nthe pnd,0\n",
+                "line 3: no state is named \"the pnd\"; did you mean \"the pond\"?",
+            ),
+        ] {
+            let message = load(world, phi).unwrap_err();
+            let found = message.contains(&format!("phi.csv, {expected}"));
+            assert!(found && message.contains("x.toml:"), "{phi}: {message}");
+            assert!(message.contains(": shaping.file: "), "{message}");
+        }
+        let unreadable = load(MAP, "row,col,potential\n").unwrap().scenario;
+        let message = unreadable.validate().unwrap_err().message;
+        assert!(message.contains("phi.csv: cannot read: "), "{message}");
+    }
+}

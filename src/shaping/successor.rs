@@ -54,3 +54,81 @@ impl GraphPotential for SuccessorPotential {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::StateId;
+    use crate::graph::SymmetricCsr;
+    use crate::shaping::fixtures::{any_graph, on_problem, path};
+    use crate::shaping::shortest_path::ShortestPathProblem;
+    use crate::shaping::transition_matrix::TransitionMatrix;
+    use faer::Mat;
+    use faer::prelude::Solve;
+    use proptest::prelude::*;
+
+    fn fit(adjacency: &SymmetricCsr, problem: &ShortestPathProblem, scale: ScaleMode) -> Vec<f64> {
+        let mut sr = SuccessorPotential {
+            scale,
+            scale_factor: 3.0,
+        };
+        on_problem(adjacency, problem, |context| {
+            sr.fit_in(context).unwrap().values
+        })
+    }
+
+    fn problem(adjacency: &SymmetricCsr, goals: &[u32]) -> ShortestPathProblem {
+        let goals: Vec<StateId> = goals.iter().map(|&g| StateId(g)).collect();
+        ShortestPathProblem::uniform(&TransitionMatrix::undirected(adjacency), &goals)
+    }
+
+    /// u_k = cosh((n − 1 − k) θ) / cosh((n − 1) θ) with cosh θ = 1/γ: a walk between a goal and a wall.
+    #[test]
+    fn a_path_has_its_closed_form() {
+        let n = 120;
+        let adjacency = path(n);
+        let phi = fit(&adjacency, &problem(&adjacency, &[0]), ScaleMode::Raw);
+        let theta = (1.0 / DISCOUNT).acosh();
+        let u = |k: usize| ((n - 1 - k) as f64 * theta).cosh() / ((n - 1) as f64 * theta).cosh();
+        for (k, phi) in phi.iter().enumerate() {
+            assert!((phi + 1.0 - u(k)).abs() < 1e-4, "{k}: {phi}");
+        }
+        let scaled = fit(&adjacency, &problem(&adjacency, &[0]), ScaleMode::Return);
+        assert_eq!((scaled[0], scaled[n - 1]), (0.0, -3.0 * (n - 1) as f64));
+    }
+
+    #[test]
+    fn a_poorer_goal_counts_as_visited_later() {
+        let adjacency = path(9);
+        let mut problem = problem(&adjacency, &[0, 8]);
+        problem.distances[1] = 30.0;
+        let phi = fit(&adjacency, &problem, ScaleMode::Raw);
+        assert!((phi[8] + 1.0 - DISCOUNT.powi(30)).abs() < 1e-12, "{phi:?}");
+        assert_eq!(phi[0], 0.0);
+    }
+
+    proptest! {
+        /// The goal's column of Ψ by dense LU, relative to its own entry, whether or not the goal can be left.
+        #[test]
+        fn any_graph_agrees_with_a_dense_solve(adjacency in any_graph()) {
+            let problem = problem(&adjacency, &[0]);
+            let phi = fit(&adjacency, &problem, ScaleMode::Raw);
+            let (n, transitions) = (adjacency.num_nodes(), TransitionMatrix::undirected(&adjacency));
+            for first in [0, 1] {
+                let mut matrix = Mat::<f64>::identity(n, n);
+                for i in first..n {
+                    let (targets, probabilities) = transitions.row(i);
+                    for (&j, p) in targets.iter().zip(probabilities) {
+                        matrix[(i, j as usize)] -= DISCOUNT * p;
+                    }
+                }
+                let visits = matrix.partial_piv_lu().solve(&Mat::<f64>::identity(n, n));
+                for &s in problem.chain.order() {
+                    let expected = visits[(s as usize, 0)] / visits[(0, 0)] - 1.0;
+                    let found = phi[s as usize];
+                    prop_assert!((found - expected).abs() < 1e-4, "{}: {} against {}", s, found, expected);
+                }
+            }
+        }
+    }
+}
