@@ -136,6 +136,16 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         actor_critic!("heat", "frontier"),
     ),
     arm(
+        "dr",
+        "the value in the default representation, frontier exploration",
+        actor_critic!("dr", "frontier"),
+    ),
+    arm(
+        "sr",
+        "discounted visits of the goal in the successor representation, frontier exploration",
+        actor_critic!("sr", "frontier"),
+    ),
+    arm(
         "hops",
         "hop distance on the visited graph, frontier exploration",
         actor_critic!("hops", "frontier"),
@@ -144,6 +154,16 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         "oracle",
         "distance on the true map, frontier exploration",
         actor_critic!("oracle", "frontier"),
+    ),
+    arm(
+        "negated-oracle",
+        "the opposite of the oracle's potential, which leads away from the goal, frontier exploration",
+        actor_critic!("negated-oracle", "frontier"),
+    ),
+    arm(
+        "random-potential",
+        "a potential drawn at random for each state, frontier exploration",
+        actor_critic!("random", "frontier"),
     ),
     arm(
         "frontier-only",
