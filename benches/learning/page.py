@@ -144,12 +144,13 @@ def tuning(out):
         yield f"| {name} | {chosen} | {found['tried']} | {number(found['ratio'])} | {edges} |"
 
 
-def times(results):
-    names = ["sparse", "gcn", "heat", "planner", "planner-frontier", "psrl"]
+def times(out):
+    names = protocol.TIMES_ARMS
     yield "| µs a step | " + " | ".join(names) + " |"
     yield "|---|" + "---:|" * len(names)
-    for world, result in results:
-        cells = [number(1e6 / result["clock"][n]["steps_per_second"]) if n in result["clock"] else "" for n in names]
+    for world in protocol.TIMES:
+        clock = read(out, "times", world)["clock"]
+        cells = [number(1e6 / clock[name]["steps_per_second"]) if name in clock else "" for name in names]
         yield f"| {world.name} | " + " | ".join(cells) + " |"
 
 
@@ -224,11 +225,11 @@ def main():
     tables["profile"] = profile(every, as_it_comes + tuned)
     tables["verdicts"] = verdicts(every, [n for n in as_it_comes if n != "gcn"])
     tables["tuning"] = tuning(out)
-    tables["times"] = times(every)
+    tables["times"] = times(out)
     tables["sensitivity"] = sensitivity(out)
     fill("docs/learning.md", tables)
     fill("docs/method.md", {"factorial": factorial(out), "recipes": recipes(out)})
-    shown = {"four_rooms_random_goals", "rooms_25x25_random_goals", "open_50x50_random_goals", "maze_101_random_goals"}
+    shown = {f"{name}, goal anywhere" for name in ("four_rooms", "rooms_25x25", "open_50x50", "maze_101")}
     shown |= {"lava_gap_7", "holes", "cliff_walking", "frozen_lake_4", "river_swim_6", "deep_sea_10", "bridge_swamp"}
     fill("README.md", {"learning": front([(w, r) for w, r in every if w.name in shown])})
 

@@ -27,14 +27,15 @@ def world(scenario, seeds, name=None, sets=()):
 
 
 # Goals at random places: the headline. 100 seeds up to a few hundred states, 30 up to a thousand, 10 beyond.
+ANYWHERE = ("env.goals=random",)
 RANDOM_GOALS = [
-    world("four_rooms_random_goals", 100),
-    world("open_15x15_random_goals", 100),
-    world("u_trap_random_goals", 100),
-    world("rooms_25x25_random_goals", 30),
-    world("rooms_50x50_random_goals", 10),
-    world("open_50x50_random_goals", 10),
-    world("maze_101_random_goals", 10),
+    world("four_rooms", 100, "four_rooms, goal anywhere", ANYWHERE),
+    world("open_15x15", 100, "open_15x15, goal anywhere", ANYWHERE),
+    world("u_trap", 100, "u_trap, goal anywhere", ANYWHERE),
+    world("rooms_25x25", 30, "rooms_25x25, goal anywhere", ANYWHERE),
+    world("rooms_50x50", 10, "rooms_50x50, goal anywhere", ANYWHERE),
+    world("open_50x50", 10, "open_50x50, goal anywhere", ANYWHERE),
+    world("maze_101", 10, "maze_101, goal anywhere", ANYWHERE),
 ]
 
 # The same maps with the goals that they came with, in corners, where straight runs end.
@@ -77,10 +78,10 @@ BOARDS = [
 ]
 
 HELD_OUT = [
-    world("rooms_25x25_random_goals", 30, "rooms, doors anywhere", ("env.doors=random", "env.seed=77")),
-    world("linked_grids", 100, "linked grids, goal at random", ("env.goals=random",)),
-    world("spiral", 100, "spiral, goal at random", ("env.goals=random",)),
-    world("maze_101", 30, "maze of 31 × 31, half of it loops, goal at random", ("env.rows=31", "env.cols=31", "env.loops=0.5", "env.seed=77", "env.goals=random")),
+    world("rooms_25x25", 30, "rooms, doors and goal anywhere", ("env.doors=random", "env.seed=77", *ANYWHERE)),
+    world("linked_grids", 100, "linked grids, goal anywhere", ANYWHERE),
+    world("spiral", 100, "spiral, goal anywhere", ANYWHERE),
+    world("maze_101", 30, "maze of 31 × 31, half of it loops, goal anywhere", ("env.rows=31", "env.cols=31", "env.loops=0.5", "env.seed=77", *ANYWHERE)),
     world("deep_sea_10", 30, "deep sea of 14, another map", ("env.size=14", "env.seed=77")),
     world("river_swim_6", 30, "river of 10", ("env.size=10", "env.max_steps=40")),
 ]
@@ -89,8 +90,8 @@ PARTS = {"random-goals": RANDOM_GOALS, "corners": CORNERS, "hard": HARD, "boards
 
 # Where every arm chooses its settings; fewer episodes than in the table, so that all of it takes minutes.
 TUNING_WORLDS = [
-    world("four_rooms_random_goals", TUNING_SEEDS, sets=("run.episodes=200",)),
-    world("open_15x15_random_goals", TUNING_SEEDS, sets=("run.episodes=200",)),
+    world("four_rooms", TUNING_SEEDS, sets=("run.episodes=200", *ANYWHERE)),
+    world("open_15x15", TUNING_SEEDS, sets=("run.episodes=200", *ANYWHERE)),
     world("cliff_walking", TUNING_SEEDS, sets=("run.episodes=300",)),
     world("frozen_lake_4", TUNING_SEEDS, sets=("run.episodes=1000",)),
     world("river_swim_6", TUNING_SEEDS, sets=("run.episodes=500",)),
@@ -156,20 +157,18 @@ FIXED = ["oracle", "random-potential", "negated-oracle", "report"]
 
 # Arms that plan a whole episode ahead, too slow for ten thousand states; the rest of what large worlds can do without.
 SMALL_ONLY = {"mbie-eb", "ucbvi", "psrl", "report", "negated-oracle", "random-potential", "sarsa", "count-bonus"}
-LARGE = {"rooms_50x50", "rooms_50x50_random_goals", "open_50x50", "open_50x50_random_goals", "maze_101", "maze_101_random_goals"}
-
 
 def arms_on(world):
     """The names of the arms that are run on a world."""
     every = [arm.name for arm in ARMS] + FIXED
-    return [name for name in every if world.scenario not in LARGE or name not in SMALL_ONLY]
+    return [name for name in every if world.seeds > 10 or name not in SMALL_ONLY]
 
 
 # docs/method.md: what each part of the default arm does, and what the paper's recipe does.
 METHOD_WORLDS = [
-    world("four_rooms_random_goals", 30),
-    world("open_15x15_random_goals", 30),
-    world("rooms_25x25_random_goals", 30),
+    world("four_rooms", 30, "four_rooms, goal anywhere", ANYWHERE),
+    world("open_15x15", 30, "open_15x15, goal anywhere", ANYWHERE),
+    world("rooms_25x25", 30, "rooms_25x25, goal anywhere", ANYWHERE),
     world("four_rooms", 30),
     world("rooms_25x25", 30),
 ]
@@ -215,14 +214,27 @@ METHOD_ARMS = {**FACTORIAL, **RECIPES}
 SENSITIVITY_ARMS = ["sparse", "gcn", "no-advice", "q-learning", "planner", "planner-frontier", "psrl"]
 SENSITIVITY = [
     world(scenario, 30, f"{scenario}, {what}", sets)
-    for scenario, limit in (("four_rooms_random_goals", 1040), ("frozen_lake_4", 100), ("cliff_walking", None))
-    for what, sets in (
-        ("a fifth of the episodes", ("run.episodes=100",) if scenario != "frozen_lake_4" else ("run.episodes=400",)),
-        ("four times the episodes", ("run.episodes=2000",) if scenario != "frozen_lake_4" else ("run.episodes=8000",)),
-        *(
-            (("half the limit", (f"env.max_steps={limit // 2}",)), ("four times the limit", (f"env.max_steps={limit * 4}",)))
-            if limit
-            else ()
-        ),
-    )
+    for scenario, variants in {
+        "four_rooms": {
+            "a fifth of the episodes": ("run.episodes=100", *ANYWHERE),
+            "four times the episodes": ("run.episodes=2000", *ANYWHERE),
+            "half the limit": ("env.max_steps=520", *ANYWHERE),
+            "four times the limit": ("env.max_steps=4160", *ANYWHERE),
+        },
+        "frozen_lake_4": {
+            "a fifth of the episodes": ("run.episodes=400",),
+            "four times the episodes": ("run.episodes=8000",),
+            "half the limit": ("env.max_steps=50",),
+            "four times the limit": ("env.max_steps=400",),
+        },
+        "cliff_walking": {
+            "a fifth of the episodes": ("run.episodes=100",),
+            "four times the episodes": ("run.episodes=2000",),
+        },
+    }.items()
+    for what, sets in variants.items()
 ]
+
+# Time by the step, alone on the machine.
+TIMES = [world(name, 5) for name in ("four_rooms", "open_15x15", "rooms_25x25", "rooms_50x50", "maze_101", "cliff_walking")]
+TIMES_ARMS = ["sparse", "gcn", "heat", "planner", "planner-frontier", "psrl"]

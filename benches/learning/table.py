@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs everything that docs/learning.md and docs/method.md print, into the folder OUT: tuning, then all arms on all worlds.
 
-Usage: benches/learning/table.py OUT [PART…]      parts: tune, random-goals, corners, hard, boards, held-out, method, sensitivity
+Usage: benches/learning/table.py OUT [PART…]      parts: tune, random-goals, corners, hard, boards, held-out, method, sensitivity, times
 
 Goes on where it was if OUT exists. Every arm runs twice: as it comes, and with the settings that tuning chose (NAME-tuned).
 Needs Python 3.9 and cargo, nothing else. benches/learning/page.py puts the results into the documents.
@@ -24,10 +24,11 @@ ROUNDS = 4
 FLOOR = 1e-4  # regret ÷ sparse below which less is not better
 
 
-def compare(world, arms, first_seed, out, sets=()):
+def compare(world, arms, first_seed, out, sets=(), threads=0):
     """compare.json of one world; arms and seeds that `out` holds already are not run again."""
     command = [PROGRAM, "compare", f"scenarios/{world.scenario}.toml", "--seeds", f"{first_seed}..{first_seed + world.seeds}"]
     command += ["--arms", ",".join(arms), "--resume", "--no-report", "--json", "-q", "--out", out]
+    command += ["--threads", threads] if threads else []
     for setting in (*world.sets, *sets):
         command += ["--set", setting]
     done = subprocess.run([str(part) for part in command], cwd=ROOT, stdout=subprocess.PIPE, text=True)
@@ -145,12 +146,19 @@ def sensitivity(out):
         compare(world, protocol.SENSITIVITY_ARMS, protocol.FIRST_SEED, out / "sensitivity" / world.name.replace(" ", "_"))
 
 
+def times(out):
+    """How long a step takes; nothing else should run meanwhile."""
+    for world in protocol.TIMES:
+        arms = protocol.TIMES_ARMS if world.scenario not in ("rooms_50x50", "maze_101") else protocol.TIMES_ARMS[:-1]
+        compare(world, arms, protocol.FIRST_SEED, out / "times" / world.name, threads=1)
+
+
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     out = Path(sys.argv[1]).resolve()
     steps = {"tune": tune} | {name: lambda out, name=name: part(out, name) for name in protocol.PARTS}
-    steps |= {"method": method, "sensitivity": sensitivity}
+    steps |= {"method": method, "sensitivity": sensitivity, "times": times}
     asked = sys.argv[2:] or list(steps)
     unknown = [name for name in asked if name not in steps]
     if unknown:
