@@ -321,6 +321,10 @@ pub enum PotentialChoice {
     Report,
     /// A diffusion from the goals
     Heat,
+    /// The value of the linearly solvable process, from the default representation
+    Dr,
+    /// Discounted visits of the goals, from the successor representation
+    Sr,
     /// By the number of edges to the nearest goal
     Hops,
 }

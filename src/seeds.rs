@@ -34,6 +34,8 @@ pub enum Stream {
     MovedEnvironment = 10,
     /// Where a goal is that each seed has of its own.
     Goals = 11,
+    /// Random potentials, a control for those that know something.
+    Potential = 12,
 }
 
 /// The generator of `stream` under `master_seed`.

@@ -92,6 +92,9 @@ impl Best {
             optimal_return: optimum.expected_return,
         }
     }
+    for caution in worlds.potential_cautions() {
+        say(format!("warning: {caution}"));
+    }
 }
 
 impl<'a> Facts<'a> {

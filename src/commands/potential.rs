@@ -66,6 +66,8 @@ fn kind(choice: PotentialChoice) -> PotentialKind {
         PotentialChoice::Gcn => PotentialKind::Gcn,
         PotentialChoice::Report => PotentialKind::Report,
         PotentialChoice::Heat => PotentialKind::Heat,
+        PotentialChoice::Dr => PotentialKind::Dr,
+        PotentialChoice::Sr => PotentialKind::Sr,
         PotentialChoice::Hops => PotentialKind::Hops,
     }
 }

@@ -40,7 +40,7 @@ use tracing::{debug, info, warn};
 /// One environment, one pipeline, one agent.
 ///
 /// It can be written down and read back at any time, even in the middle of an episode; only the hook of
-/// [`with_true_distances`](Self::with_true_distances) has to be given again.
+/// [`with_discovery_hook`](Self::with_discovery_hook) has to be given again.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(
     serialize = "E: Serialize, E::State: Serialize, A: Serialize",
@@ -55,12 +55,12 @@ pub struct Engine<E: Environment, A> {
     first_goal_step: Option<u64>,
     /// The episode under way.
     under_way: Option<EpisodeRecord>,
-    /// Called for every state when it is discovered; gives the oracle its distances.
+    /// Called for every state when it is discovered.
     #[serde(skip)]
     on_discovery: Option<DiscoveryHook<E::State>>,
 }
 
-/// Gives a state's true distance to the goal, in steps.
+/// Gives the number that the potential is [told](crate::shaping::AnyPotential::tell) about a state.
 pub type DiscoveryHook<S> = Box<dyn Fn(&S) -> f64 + Send>;
 
 impl<E: Environment, A: Agent> Engine<E, A> {
@@ -78,17 +78,17 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         }
     }
 
-    /// Tells the oracle potential the true distance of every state as it is discovered.
-    pub fn with_true_distances(mut self, distance: DiscoveryHook<E::State>) -> Self {
-        self.on_discovery = Some(distance);
+    /// Tells the potential a number about every state as it is discovered.
+    pub fn with_discovery_hook(mut self, hook: DiscoveryHook<E::State>) -> Self {
+        self.on_discovery = Some(hook);
         self
     }
 
-    /// The same between two episodes, after the goals have moved: states that are known already are told again. O(n).
-    pub fn set_true_distances(&mut self, distance: DiscoveryHook<E::State>) {
-        self.on_discovery = Some(distance);
+    /// The same between two episodes, after the goals have moved: states that are known already are told about again. O(n).
+    pub fn set_discovery_hook(&mut self, hook: DiscoveryHook<E::State>) {
+        self.on_discovery = Some(hook);
         for state in 0..self.pipeline.transitions().num_states() {
-            self.tell_distance(StateId(state as u32));
+            self.tell(StateId(state as u32));
         }
     }
 
@@ -198,14 +198,14 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     fn begin_episode(&mut self) {
         let start = self.env.reset();
         let state = self.pipeline.begin_episode(&start);
-        self.tell_distance(state);
+        self.tell(state);
         self.under_way = Some(self.begin_record());
     }
 
     /// Logs what is rare.
     fn note(&mut self, seen: &Observed) {
         if seen.new_state {
-            self.tell_distance(seen.state);
+            self.tell(seen.state);
         }
         if seen.first_goal {
             self.first_goal_step.get_or_insert(self.step);
@@ -247,10 +247,10 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         &mut self.env
     }
 
-    fn tell_distance(&mut self, state: StateId) {
-        if let Some(distance) = &self.on_discovery {
-            let steps = distance(self.pipeline.graph().state(state));
-            self.pipeline.world_mut().set_true_distance(state, steps);
+    fn tell(&mut self, state: StateId) {
+        if let Some(hook) = &self.on_discovery {
+            let number = hook(self.pipeline.graph().state(state));
+            self.pipeline.world_mut().tell(state, number);
         }
     }
 

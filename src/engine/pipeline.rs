@@ -63,7 +63,7 @@ impl<S: Clone + Eq + Hash> ShapingPipeline<S> {
         &self.world
     }
 
-    /// The same, to tell it [true distances](WorldModel::set_true_distance), or for further walkers.
+    /// The same, to [tell](WorldModel::tell) it about states, or for further walkers.
     pub fn world_mut(&mut self) -> &mut WorldModel<S> {
         &mut self.world
     }

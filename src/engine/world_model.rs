@@ -139,9 +139,12 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         self.goals.goals()
     }
 
-    /// Tells the oracle potential the true distance of a state, in typical steps. Other potentials do not listen.
-    pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
-        self.model.set_true_distance(state, distance);
+    /// Tells the potential a number about a state; see [`AnyPotential::tell`].
+    ///
+    /// # Panics
+    /// If it is a negative distance.
+    pub fn tell(&mut self, state: StateId, number: f64) {
+        self.model.tell(state, number);
     }
 
     /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached

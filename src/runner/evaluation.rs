@@ -9,6 +9,9 @@ use crate::engine::Engine;
 use crate::env::{Action, Model};
 use crate::graph::StateId;
 
+/// Windows of a continuing task before the one that counts: where it began no longer matters then.
+const WINDOWS: usize = 10;
+
 /// Expected returns of an episode of the greedy policy; none if the agent prefers no action in any state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GreedyReturns {
@@ -25,7 +28,13 @@ impl GreedyReturns {
         let world = engine.env();
         let mdp = world.to_mdp();
         let (starts, max_steps) = (world.start_states(), world.max_steps());
-        let earned = |policy: Vec<Action>| mdp.policy_return(&starts, max_steps, &policy);
+        let earned = |policy: Vec<Action>| match world.optimal_gain() {
+            None => mdp.policy_return(&starts, max_steps, &policy),
+            Some(_) => {
+                let until = |windows| mdp.policy_return(&starts, windows * max_steps, &policy);
+                until(WINDOWS + 1) - until(WINDOWS)
+            }
+        };
         let look_ahead = engine.pipeline().look_ahead();
         let no_advice = vec![0.0; look_ahead.len()];
         let policy = |advice: &[f64]| greedy_policy(engine, mdp.num_states(), advice);

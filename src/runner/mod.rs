@@ -25,7 +25,7 @@ mod snapshots;
 mod sums;
 mod trial;
 
-pub use build::{build_engine, move_goals, pipeline_params, with_true_distances};
+pub use build::{build_engine, move_goals, pipeline_params, with_discovery_hook};
 pub use compare::{CompareOutcome, CompareRequest, CompareWatch, compare};
 pub use error::RunnerError;
 pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};

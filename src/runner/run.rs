@@ -1,5 +1,6 @@
 //! One seed of a scenario into a run folder.
 
+use super::build::warn_of_file;
 use super::error::RunnerError;
 use super::estimate::require_memory;
 use super::observer::{Observers, RunStart};
@@ -75,6 +76,7 @@ pub fn run(
 ) -> Result<RunOutcome, RunnerError> {
     let scenario = &loaded.scenario;
     require_memory(scenario, loaded.worlds.first(), 1)?;
+    warn_of_file(&loaded.worlds, [scenario]);
     let folder = RunFolder::open(request.out.as_deref(), loaded, request.existing)?;
     let begun = folder.has_begun();
     let mut summary = folder.summary(scenario)?;

@@ -12,7 +12,7 @@ use crate::archive::{PolicyRow, SeedResult, SeedTiming};
 use crate::engine::Engine;
 use crate::env::{Action, Model};
 use crate::graph::StateId;
-use crate::scenario::{MovedWorld, Scenario, World, Worlds};
+use crate::scenario::{MovedWorld, PotentialFile, Scenario, World, Worlds};
 use crate::shaping::PotentialKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -51,6 +51,8 @@ pub(super) fn begin<'a>(
     seed: u64,
 ) -> Result<Box<dyn Trial + 'a>, RunnerError> {
     let moved = worlds.moved_for(seed);
+    let file = scenario.shaping.file.as_deref();
+    let file = file.and_then(|path| worlds.potential_of(path));
     match worlds.first_for(seed) {
         World::Grid(first) => {
             let places = Box::new(first.layout().clone());
@@ -58,7 +60,7 @@ pub(super) fn begin<'a>(
                 World::Grid(world) => Some((after, world)),
                 World::Listed(..) => None, // both are of the scenario's one kind
             });
-            let trial = TrialIn::new(scenario, first, moved, places, optimal, seed)?;
+            let trial = TrialIn::new(scenario, first, file, moved, places, optimal, seed)?;
             Ok(Box::new(trial))
         }
         World::Listed(first, names) => {
@@ -67,7 +69,7 @@ pub(super) fn begin<'a>(
                 World::Listed(world, _) => Some((after, world)),
                 World::Grid(_) => None,
             });
-            let trial = TrialIn::new(scenario, first, moved, places, optimal, seed)?;
+            let trial = TrialIn::new(scenario, first, file, moved, places, optimal, seed)?;
             Ok(Box::new(trial))
         }
     }
@@ -104,13 +106,14 @@ where
     fn new(
         scenario: &'a Scenario,
         first: E,
+        file: Option<&PotentialFile>,
         moved: Option<(usize, E)>,
         places: Box<dyn Places<E::State>>,
         optimal: OptimalReturns,
         seed: u64,
     ) -> Result<Self, RunnerError> {
         Ok(Self {
-            engine: build_engine(scenario, first, seed)?,
+            engine: build_engine(scenario, first, file, seed)?,
             sums: Sums::new(optimal, scenario.run.episodes), // its clock begins now
             scenario,
             seed,

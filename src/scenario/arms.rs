@@ -13,7 +13,8 @@
 use super::built_in_arms::BUILT_IN_ARMS;
 use super::document::Document;
 use super::error::{BrokenRule, Choices, Location, ScenarioError};
-use super::{Scenario, check_name};
+use super::{Scenario, Worlds, check_name};
+use crate::shaping::PotentialKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -60,8 +61,13 @@ pub struct Arm {
 impl Arm {
     /// The arm that `document`, over which its settings are laid, amounts to.
     fn of(name: &str, settings: Vec<String>, document: &Document) -> Result<Self, ScenarioError> {
-        let mut scenario = Scenario::of(document)?;
+        let mut scenario = Scenario::completed(document)?;
         scenario.arms.clear(); // what others there are is no business of this one
+        let names_file = settings.iter().any(|set| set.starts_with("shaping.file"));
+        if scenario.shaping.potential != PotentialKind::File && !names_file {
+            scenario.shaping.file = None; // it was for the potential that the arm has replaced
+        }
+        let scenario = scenario.checked(document)?;
         Ok(Arm {
             name: name.to_owned(),
             settings,
@@ -146,12 +152,23 @@ impl Scenario {
         Arm::of(name, settings, &document)
     }
 
-    /// Checks every arm of the scenario's own against `document`, the one that it was read from.
-    pub(super) fn check_arms(&self, document: &Document) -> Result<(), ScenarioError> {
+    /// Checks every arm of the scenario's own against `document`, the one that it was read from. The file of φ that one of them
+    /// names is read for `worlds`.
+    pub(super) fn check_arms(
+        &self,
+        document: &Document,
+        worlds: &mut Worlds,
+    ) -> Result<(), ScenarioError> {
         for (name, arm) in &self.arms {
             self.check_arm(name, arm)
                 .map_err(|broken| document.blame(broken))?;
-            self.arm_on(name, document.clone())?;
+            let arm = self.arm_on(name, document.clone())?;
+            let read = worlds.read_potential(&arm.scenario.shaping);
+            let of_arm = |broken: BrokenRule| BrokenRule {
+                key: format!("arms.{name}.{}", broken.key),
+                ..broken
+            };
+            read.map_err(|broken| document.blame(of_arm(broken)))?;
         }
         Ok(())
     }
@@ -250,7 +267,6 @@ mod tests {
     use super::*;
     use crate::agent::{AgentKind, UpdateRule};
     use crate::exploration::ExplorationKind;
-    use crate::shaping::PotentialKind;
 
     fn lay(name: &str, text: &str) -> Arm {
         let path = Path::new("x.toml");

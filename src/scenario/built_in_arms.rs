@@ -136,6 +136,16 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         actor_critic!("heat", "frontier"),
     ),
     arm(
+        "dr",
+        "the value in the default representation, frontier exploration",
+        actor_critic!("dr", "frontier"),
+    ),
+    arm(
+        "sr",
+        "discounted visits of the goal in the successor representation, frontier exploration",
+        actor_critic!("sr", "frontier"),
+    ),
+    arm(
         "hops",
         "hop distance on the visited graph, frontier exploration",
         actor_critic!("hops", "frontier"),
@@ -144,6 +154,16 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         "oracle",
         "distance on the true map, frontier exploration",
         actor_critic!("oracle", "frontier"),
+    ),
+    arm(
+        "negated-oracle",
+        "the opposite of the oracle's potential, which leads away from the goal, frontier exploration",
+        actor_critic!("negated-oracle", "frontier"),
+    ),
+    arm(
+        "random-potential",
+        "a potential drawn at random for each state, frontier exploration",
+        actor_critic!("random", "frontier"),
     ),
     arm(
         "frontier-only",
@@ -158,9 +178,40 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         alone!("dyna-q"),
     ),
     arm(
+        "dyna-q-plus",
+        "Dyna-Q+ with a bonus for what was not tried for long, alone",
+        alone!("dyna-q-plus"),
+    ),
+    arm(
         "planner",
         "R-max on the learnt model, alone",
         alone!("planner"),
+    ),
+    arm(
+        "planner-frontier",
+        "the planner with frontier exploration in the place of optimism",
+        &[
+            "agent.kind=planner",
+            "agent.untried=advised",
+            "shaping.potential=none",
+            "exploration.kind=frontier",
+            "exploration.potential_advice=0",
+        ],
+    ),
+    arm(
+        "mbie-eb",
+        "MBIE-EB: plans on the learnt model with β/√n on its rewards, alone",
+        alone!("mbie-eb"),
+    ),
+    arm(
+        "ucbvi",
+        "UCBVI: plans on the learnt model with confidence bounds, alone",
+        alone!("ucbvi"),
+    ),
+    arm(
+        "psrl",
+        "posterior sampling: plans on a model drawn from what the world may be, alone",
+        alone!("psrl"),
     ),
     arm(
         "policy-iteration",

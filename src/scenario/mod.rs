@@ -27,6 +27,7 @@ mod keys;
 mod layout;
 mod magnitude;
 mod place;
+mod potential_file;
 mod shipped;
 mod template;
 mod world;
@@ -39,6 +40,7 @@ pub use env::{EnvKind, EnvParams};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
 pub use goals::{Draw, GoalSpec, Goals, HazardSpec};
 pub use place::{MaxSteps, MoveAfter, Place};
+pub use potential_file::PotentialFile;
 pub use shipped::{Shipped, report_scenarios, shipped};
 pub use template::template;
 pub use world::{MovedWorld, World};
@@ -152,8 +154,8 @@ impl Scenario {
     pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
         let document = Document::new(path, text, sets)?;
         let scenario = Self::of(&document)?;
-        let worlds = Worlds::of(&scenario).map_err(|broken| document.blame(broken))?;
-        scenario.check_arms(&document)?;
+        let mut worlds = Worlds::of(&scenario).map_err(|broken| document.blame(broken))?;
+        scenario.check_arms(&document, &mut worlds)?;
         Ok(Loaded {
             scenario,
             text: document.text().to_owned(),
@@ -163,11 +165,22 @@ impl Scenario {
 
     /// The scenario of a document, complete and checked but for its worlds and its arms.
     fn of(document: &Document) -> Result<Scenario, ScenarioError> {
+        let scenario = Self::completed(document)?;
+        scenario.checked(document)
+    }
+
+    /// The scenario of a document, complete.
+    fn completed(document: &Document) -> Result<Scenario, ScenarioError> {
         let mut scenario: Scenario = document.deserialize()?;
         scenario.complete(document.path());
-        let checked = scenario.validate_sections();
-        checked.map_err(|broken| document.blame(broken))?;
         Ok(scenario)
+    }
+
+    /// The same scenario, if no section breaks a rule.
+    fn checked(self, document: &Document) -> Result<Scenario, ScenarioError> {
+        let checked = self.validate_sections();
+        checked.map_err(|broken| document.blame(broken))?;
+        Ok(self)
     }
 
     /// The scenario as TOML with every default written out.
@@ -187,7 +200,8 @@ impl Scenario {
             self.name = stem.replace(|c| !is_name_character(c), "-");
         }
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-        if let Some(file) = &mut self.env.file {
+        let files = [&mut self.env.file, &mut self.shaping.file];
+        for file in files.into_iter().flatten() {
             *file = folder.join(&*file);
         }
         self.env.fill_defaults();
@@ -195,17 +209,21 @@ impl Scenario {
     }
 
     /// TOML and JSON hold Unicode only, so the records of a run could not name the file.
-    fn require_unicode_path(&self) -> Result<(), BrokenRule> {
-        match &self.env.file {
-            Some(file) if file.to_str().is_none() => {
+    fn require_unicode_paths(&self) -> Result<(), BrokenRule> {
+        let files = [
+            ("env.file", &self.env.file),
+            ("shaping.file", &self.shaping.file),
+        ];
+        for (key, file) in files {
+            if let Some(file) = file.as_ref().filter(|file| file.to_str().is_none()) {
                 let message = format!(
-                    "env.file: the path {} is not UTF-8: rename the folder or the file",
+                    "{key}: the path {} is not UTF-8: rename the folder or the file",
                     file.display()
                 );
-                Err(BrokenRule::new("env.file", message))
+                return Err(BrokenRule::new(key, message));
             }
-            _ => Ok(()),
         }
+        Ok(())
     }
 
     /// Checks every section, and that they go together; builds the world to see that it is one.
@@ -224,7 +242,7 @@ impl Scenario {
     pub(crate) fn validate_sections(&self) -> Result<(), BrokenRule> {
         check_name(&self.name)?;
         self.env.validate()?;
-        self.require_unicode_path()?;
+        self.require_unicode_paths()?;
         self.spectral.validate().map_err(ParameterError::from)?;
         self.deepwalk.validate()?;
         self.gcn.validate()?;

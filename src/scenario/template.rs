@@ -187,7 +187,7 @@ mod tests {
             let text = uncommented(|_, line| example[1..] == *line);
             let table: toml::Table = toml::from_str(&text).unwrap_or_else(|e| panic!("{e}"));
             let value = |name: &str| table.get(name).and_then(toml::Value::as_table);
-            let set: usize = ["env", "agent"]
+            let set: usize = ["env", "shaping", "agent"]
                 .iter()
                 .filter_map(|s| value(s))
                 .map(toml::Table::len)
@@ -196,7 +196,8 @@ mod tests {
             // Types are right; what else the key needs (another kind, a file) is for the scenario to say.
             if let Err(error) = Scenario::parse(Path::new("x.toml"), text, &[]) {
                 let message = error.to_string();
-                assert!(message.contains("env."), "{example}: {message}");
+                let section = ["env.", "shaping."].iter().any(|s| message.contains(s));
+                assert!(section, "{example}: {message}");
                 assert!(!message.contains("invalid"), "{example}: {message}");
             }
         }

@@ -3,32 +3,62 @@
 use super::Scenario;
 use super::env::GoalList;
 use super::error::BrokenRule;
+use super::potential_file::PotentialFile;
 use super::world::{MovedWorld, World};
 use crate::seeds::{Stream, stream};
+use crate::shaping::ShapingParams;
+use std::path::Path;
 
-/// Worlds of a run: the one that it begins with, and the one that its goals move to. A file that they were read from is not
-/// looked at again.
+/// Worlds of a run: the one that it begins with, and the one that its goals move to; and what files say of the φ of their
+/// states. A file that they were read from is not looked at again.
 #[derive(Clone, Debug)]
 pub struct Worlds {
     first: World,
     moved: Option<MovedWorld>,
     /// Whether each seed has a goal of its own.
     draw_goal: bool,
+    potentials: Vec<PotentialFile>,
 }
 
 impl Worlds {
-    /// The worlds that the sections `[env]` and `[run]` describe. Reads the edge list, if there is one. O(states).
+    /// The worlds that the sections `[env]` and `[run]` describe. Reads the edge list and the file of φ, if there are any.
+    /// O(states).
     ///
     /// # Errors
     /// If they do not describe any, with the key to blame.
     pub fn of(scenario: &Scenario) -> Result<Self, BrokenRule> {
         let list = scenario.env.edge_list()?;
         let (list, seed) = (list.as_ref(), scenario.run.seed);
-        Ok(Self {
+        let mut worlds = Self {
             first: scenario.first_world(list, seed)?,
             moved: scenario.world_after_move(list, seed)?,
             draw_goal: GoalList::First.is_drawn(&scenario.env),
-        })
+            potentials: Vec::new(),
+        };
+        worlds.read_potential(&scenario.shaping)?;
+        Ok(worlds)
+    }
+
+    /// Reads the file of φ that `shaping` names, unless it names none or was read before.
+    pub(super) fn read_potential(&mut self, shaping: &ShapingParams) -> Result<(), BrokenRule> {
+        match &shaping.file {
+            Some(path) if self.potential_of(path).is_none() => {
+                let file = PotentialFile::read(path, &self.first)?; // goals that move move no states
+                self.potentials.push(file);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What the file at `path` says of φ; none if no scenario or arm named it.
+    pub fn potential_of(&self, path: &Path) -> Option<&PotentialFile> {
+        self.potentials.iter().find(|file| file.path() == path)
+    }
+
+    /// What the authors of files of φ may not have meant, in words; of the files that the scenario or an arm of its own names.
+    pub fn potential_cautions(&self) -> impl Iterator<Item = String> + '_ {
+        self.potentials.iter().filter_map(PotentialFile::caution)
     }
 
     /// The world that runs begin with, whatever their seed; where [each has its own](Self::differ_by_seed), that of `run.seed`.

@@ -1,12 +1,17 @@
 //! Every potential behind one type: a plain value, dispatched without a pointer.
 
 use super::class_probability::ClassProbabilityPotential;
+use super::default_representation::DefaultRepresentationPotential;
 use super::fit_context::{FitContext, GraphPotential};
+use super::given::GivenPotential;
 use super::heat::HeatPotential;
 use super::hops::HopsPotential;
 use super::learned_cost::LearnedCostPotential;
+use super::negated_oracle::NegatedOraclePotential;
 use super::oracle::OraclePotential;
+use super::random::RandomPotential;
 use super::shortest_path::ShortestPathProblem;
+use super::successor::SuccessorPotential;
 use super::{PotentialFit, PotentialInputs, PotentialKind, ShapingError, ShapingParams};
 use crate::gcn::GcnParams;
 use crate::graph::StateId;
@@ -29,29 +34,53 @@ pub enum AnyPotential {
     Oracle(OraclePotential),
     /// `none`: φ = 0, the reward as it is.
     None,
+    /// `dr`.
+    DefaultRepresentation(DefaultRepresentationPotential),
+    /// `sr`.
+    Successor(SuccessorPotential),
+    /// `negated-oracle`.
+    NegatedOracle(NegatedOraclePotential),
+    /// `random`.
+    Random(RandomPotential),
+    /// `file`.
+    Given(GivenPotential),
 }
 
 impl AnyPotential {
     /// The potential that `shaping.potential` names, with untrained weights drawn from `seed` where it has any. The
     /// parameters are taken to be valid ([`ShapingParams::validate`], [`GcnParams::validate`]).
     pub fn new(shaping: &ShapingParams, gcn: &GcnParams, seed: u64) -> Self {
-        let scale_factor = shaping.scale_factor;
+        let (scale, scale_factor) = (shaping.scale, shaping.scale_factor);
         match shaping.potential {
             PotentialKind::Gcn => {
                 let (shaping, gcn) = (shaping.clone(), gcn.clone());
                 Self::LearnedCost(LearnedCostPotential::new(shaping, gcn, seed))
             }
             PotentialKind::Report => {
-                let (gcn, scale) = (gcn.clone(), shaping.scale);
-                let potential = ClassProbabilityPotential::new(gcn, scale, scale_factor, seed);
+                let potential =
+                    ClassProbabilityPotential::new(gcn.clone(), scale, scale_factor, seed);
                 Self::ClassProbability(potential)
             }
             PotentialKind::Heat => Self::Heat(HeatPotential {
                 kept: shaping.heat_kept,
                 scale_factor,
             }),
+            PotentialKind::Dr => Self::DefaultRepresentation(DefaultRepresentationPotential {
+                temperature: shaping.temperature,
+                scale,
+                scale_factor,
+            }),
+            PotentialKind::Sr => Self::Successor(SuccessorPotential {
+                scale,
+                scale_factor,
+            }),
             PotentialKind::Hops => Self::Hops(HopsPotential { scale_factor }),
             PotentialKind::Oracle => Self::Oracle(OraclePotential::new(scale_factor)),
+            PotentialKind::NegatedOracle => {
+                Self::NegatedOracle(NegatedOraclePotential::new(scale_factor))
+            }
+            PotentialKind::Random => Self::Random(RandomPotential::new(scale_factor, seed)),
+            PotentialKind::File => Self::Given(GivenPotential::default()),
             PotentialKind::None => Self::None,
         }
     }
@@ -64,8 +93,11 @@ impl AnyPotential {
     /// # Panics
     /// If `inputs.adjacency` has not as many rows as `inputs.graph` has states, or a goal or label is out of range.
     pub fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
-        if let Self::Oracle(oracle) = self {
-            return oracle.fit(inputs);
+        match self {
+            Self::Oracle(oracle) => return oracle.fit(inputs),
+            Self::NegatedOracle(negated) => return negated.fit(inputs),
+            Self::Given(given) => return given.fit(inputs),
+            _ => {}
         }
         match self.on_graph() {
             Some(potential) if !inputs.goals.is_empty() => {
@@ -81,13 +113,17 @@ impl AnyPotential {
         }
     }
 
-    /// Tells the true distance (in typical steps) from `state` to the goal. Only the oracle listens.
+    /// Tells a number about a state: to the oracle and its opposite its true distance to the goal (in typical steps), to `file`
+    /// its φ (in units of return). Other kinds do not listen. One that is not finite says that there is none.
     ///
     /// # Panics
-    /// If `distance` is negative.
-    pub fn set_true_distance(&mut self, state: StateId, distance: f64) {
-        if let Self::Oracle(oracle) = self {
-            oracle.set_true_distance(state, distance);
+    /// If a distance is negative.
+    pub fn tell(&mut self, state: StateId, number: f64) {
+        match self {
+            Self::Oracle(oracle) => oracle.set_true_distance(state, number),
+            Self::NegatedOracle(negated) => negated.set_true_distance(state, number),
+            Self::Given(given) => given.set_value(state, number),
+            _ => {}
         }
     }
 
@@ -98,7 +134,10 @@ impl AnyPotential {
             Self::ClassProbability(potential) => Some(potential),
             Self::Heat(potential) => Some(potential),
             Self::Hops(potential) => Some(potential),
-            Self::Oracle(_) | Self::None => None,
+            Self::DefaultRepresentation(potential) => Some(potential),
+            Self::Successor(potential) => Some(potential),
+            Self::Random(potential) => Some(potential),
+            Self::Oracle(_) | Self::NegatedOracle(_) | Self::Given(_) | Self::None => None,
         }
     }
 }

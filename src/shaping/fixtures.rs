@@ -67,3 +67,17 @@ pub fn on_grid(features: usize, check: impl FnOnce(&FitContext<'_>)) {
         labels: &[],
     });
 }
+
+/// Calls `check` with a context of this problem on this graph, without features and labels.
+pub fn on_problem<T>(
+    adjacency: &SymmetricCsr,
+    problem: &ShortestPathProblem,
+    check: impl FnOnce(&FitContext<'_>) -> T,
+) -> T {
+    check(&FitContext {
+        problem,
+        adjacency,
+        features: Mat::zeros(0, 0).as_ref(),
+        labels: &[],
+    })
+}

@@ -21,6 +21,12 @@ const FINAL_SHARE: f64 = 1e-3;
 const MAX_ROUNDS: usize = 12;
 const ROUNDS_TOL: f64 = 1e-3;
 
+/// Bellman residual at which the v of a potential is final, for these costs of steps.
+pub(crate) fn final_tolerance(past_goals: &[f64]) -> f64 {
+    let cheapest = past_goals.iter().copied().fold(1.0, f64::min);
+    FINAL_TOL.min(FINAL_SHARE * cheapest)
+}
+
 /// A first guess of a solution, from an earlier one.
 #[derive(Clone, Debug)]
 pub(crate) struct Guess {
@@ -50,8 +56,7 @@ impl GroundedSolution {
         guess: Option<Guess>,
     ) -> Self {
         let past_goals = problem.past_goals(q);
-        let cheapest = past_goals.iter().copied().fold(1.0, f64::min);
-        let tol = FINAL_TOL.min(FINAL_SHARE * cheapest);
+        let tol = final_tolerance(past_goals);
         let mean_q = past_goals.iter().sum::<f64>() / past_goals.len().max(1) as f64;
         let mut per_step = guess.as_ref().map_or(2.0 * mean_q, |guess| guess.per_step);
         let mut nearby = guess.map(|guess| guess.v);

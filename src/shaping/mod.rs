@@ -29,15 +29,21 @@
 //! | [`gcn`](LearnedCostPotential) | a GCN sets the local cost of a linearly solvable MDP; no false maxima for any weights |
 //! | [`report`](ClassProbabilityPotential) | the GCN's probability of the rewarding class (eq. 5) |
 //! | [`heat`](HeatPotential) | the same with a fixed cost: the control without learning |
+//! | [`dr`](DefaultRepresentationPotential) | λ ln z of the default representation: `heat` with another λ and another price of poorer goals |
+//! | [`sr`](SuccessorPotential) | expected discounted visits of the goal: a column of the successor representation |
 //! | [`hops`](HopsPotential) | directed hop distance to the nearest goal on the visited graph |
 //! | [`oracle`](OraclePotential) | distance on the true map, which no agent has: the upper yardstick |
+//! | [`negated-oracle`](NegatedOraclePotential) | the opposite of the oracle's: hostile |
+//! | [`random`](RandomPotential) | a number drawn for each state |
+//! | [`file`](GivenPotential) | as the user gives it |
 //! | `none` | 0 |
 //!
 //! References: A. Y. Ng, D. Harada, S. Russell, *Policy invariance under reward transformations*, ICML 1999 ·
 //! S. Devlin, D. Kudenko, *Dynamic potential-based reward shaping*, AAMAS 2012 · M. Grześ, *Reward shaping in
 //! episodic reinforcement learning*, AAMAS 2017 · E. Todorov, *Linearly-solvable Markov decision problems*,
 //! NIPS 2006 · P. Piray, N. D. Daw, *Linear reinforcement learning in planning, grid fields, and cognitive control*,
-//! Nature Communications 2021 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*,
+//! Nature Communications 12:4942, 2021 · P. Dayan, *Improving generalization for temporal difference learning: the successor
+//! representation*, Neural Computation 1993 · M. Klissarov, D. Precup, *Reward propagation using graph convolutional networks*,
 //! NeurIPS 2020.
 
 mod absorbing_chain;
@@ -45,39 +51,50 @@ mod any;
 mod class_probability;
 mod controlled_walk;
 mod cost_to_go;
+mod default_representation;
 mod features;
 mod fit_context;
 #[cfg(test)]
 mod fixtures;
+mod given;
 mod grounded;
 mod heat;
 mod hops;
 mod learned_cost;
 mod linearly_solvable;
+mod negated_oracle;
 mod network;
 mod on_graph;
 mod oracle;
 mod params;
 mod potential;
+mod random;
 mod shaper;
 mod shortest_path;
+mod successor;
+mod told;
 mod transition_matrix;
 
 pub use absorbing_chain::AbsorbingChain;
 pub use any::{AnyPotential, build_potential};
 pub use class_probability::ClassProbabilityPotential;
 pub use controlled_walk::ControlledWalk;
+pub use default_representation::DefaultRepresentationPotential;
 pub use fit_context::{FitContext, GraphPotential};
+pub use given::GivenPotential;
 pub use heat::HeatPotential;
 pub use hops::HopsPotential;
 pub use learned_cost::LearnedCostPotential;
 pub use linearly_solvable::{LinearlySolvableMdp, SolveStatistics};
+pub use negated_oracle::NegatedOraclePotential;
 pub use on_graph::potential_on_graph;
 pub use oracle::OraclePotential;
 pub use params::{PotentialKind, ScaleMode, ShapingParams};
 pub use potential::{PotentialTable, spurious_maxima};
+pub use random::RandomPotential;
 pub use shaper::RewardShaper;
 pub use shortest_path::ShortestPathProblem;
+pub use successor::SuccessorPotential;
 pub use transition_matrix::TransitionMatrix;
 
 use crate::graph::{StateId, SymmetricCsr, TransitionGraph};
@@ -107,7 +124,7 @@ pub struct PotentialInputs<'a> {
     pub graph: &'a TransitionGraph,
     /// Compact copy of `graph.adjacency()`, taken once per refresh: as many rows as the graph has states.
     pub adjacency: &'a SymmetricCsr,
-    /// The goals seen so far, without duplicates. While there is none every potential but the oracle's is 0.
+    /// The goals seen so far, without duplicates. While there is none φ is 0, but for the kinds that are told about states.
     pub goals: &'a [Goal],
     /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the paper.
     pub labels: &'a [(StateId, usize)],
@@ -161,7 +178,9 @@ pub enum ShapingError {
     #[error("a potential needs at least one goal")]
     NoGoal,
     /// A kind that needs what a bare graph cannot give.
-    #[error("potential kind `{kind}` needs more than a graph: choose gcn, report, heat or hops")]
+    #[error(
+        "potential kind `{kind}` needs more than a graph: choose gcn, report, heat, dr, sr, hops or random"
+    )]
     KindNeedsWorld {
         /// The kind that was asked for.
         kind: PotentialKind,

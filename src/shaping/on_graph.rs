@@ -18,7 +18,7 @@ use faer::MatRef;
 /// farthest from the goals stands in.
 ///
 /// # Errors
-/// [`ShapingError::NoGoal`], [`GoalRange`](ShapingError::GoalRange), [`KindNeedsWorld`](ShapingError::KindNeedsWorld) for `oracle` and `none`,
+/// [`ShapingError::NoGoal`], [`GoalRange`](ShapingError::GoalRange), [`KindNeedsWorld`](ShapingError::KindNeedsWorld) for kinds that are told about states, and `none`,
 /// [`Parameter`](ShapingError::Parameter), or a failed fit.
 ///
 /// # Panics

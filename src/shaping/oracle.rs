@@ -4,6 +4,7 @@
 //! [`set_true_distance`](OraclePotential::set_true_distance). Only r̄, the cost of a typical step, is observed.
 
 use super::shortest_path::ShortestPathProblem;
+use super::told::ToldNumbers;
 use super::{PotentialFit, PotentialInputs, ShapingError};
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
@@ -13,8 +14,8 @@ use serde::{Deserialize, Serialize};
 pub struct OraclePotential {
     /// Range of φ ÷ cost of the longest known way.
     pub scale_factor: f64,
-    /// d* by state number; `None` where nobody told it, or no goal can be reached.
-    distances: Vec<Option<f64>>,
+    /// d*; none where nobody told it, or no goal can be reached.
+    distances: ToldNumbers,
 }
 
 impl OraclePotential {
@@ -22,7 +23,7 @@ impl OraclePotential {
     pub fn new(scale_factor: f64) -> Self {
         Self {
             scale_factor,
-            distances: Vec::new(),
+            distances: ToldNumbers::default(),
         }
     }
 
@@ -37,8 +38,7 @@ impl OraclePotential {
     pub fn fit(&self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
         let per_step = -self.scale_factor * ShortestPathProblem::observed(inputs)?.step_reward;
         let n = inputs.adjacency.num_nodes();
-        let told = |i: usize| self.distances.get(i).copied().flatten();
-        let phi = |i: usize| told(i).map(|d| 0.0 + per_step * d);
+        let phi = |i: usize| self.distances.get(i).map(|d| 0.0 + per_step * d);
         let lowest = (0..n).filter_map(phi).fold(0.0, f64::min);
         let mut values: Vec<f64> = (0..n).map(|i| phi(i).unwrap_or(lowest)).collect();
         for goal in inputs.goals {
@@ -56,9 +56,6 @@ impl OraclePotential {
             distance >= 0.0 || distance.is_nan(),
             "distance {distance} of {state:?}"
         );
-        if self.distances.len() <= state.index() {
-            self.distances.resize(state.index() + 1, None);
-        }
-        self.distances[state.index()] = distance.is_finite().then_some(distance);
+        self.distances.tell(state, distance);
     }
 }

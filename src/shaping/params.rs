@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 /// φ of the costliest run there may be is then still an `f32`, as snapshots keep it.
 const MAX_SCALE_FACTOR: f64 = 1e6;
@@ -20,22 +21,37 @@ pub enum PotentialKind {
     Report,
     /// A diffusion with fixed cost.
     Heat,
+    /// The value of the linearly solvable process, from the default representation.
+    Dr,
+    /// Expected discounted visits of the goal, from the successor representation.
+    Sr,
     /// Hop distance on the visited graph.
     Hops,
     /// Distance on the true map.
     Oracle,
+    /// The opposite of the oracle's φ: leads away from the goal.
+    NegatedOracle,
+    /// A number drawn for each state.
+    Random,
+    /// As `shaping.file` gives it.
+    File,
     /// φ = 0: no shaping.
     None,
 }
 
 impl PotentialKind {
     /// Every kind, in the order of the documentation.
-    pub const ALL: [PotentialKind; 6] = [
+    pub const ALL: [PotentialKind; 11] = [
         PotentialKind::Gcn,
         PotentialKind::Report,
         PotentialKind::Heat,
+        PotentialKind::Dr,
+        PotentialKind::Sr,
         PotentialKind::Hops,
         PotentialKind::Oracle,
+        PotentialKind::NegatedOracle,
+        PotentialKind::Random,
+        PotentialKind::File,
         PotentialKind::None,
     ];
 
@@ -45,8 +61,13 @@ impl PotentialKind {
             PotentialKind::Gcn => "gcn",
             PotentialKind::Report => "report",
             PotentialKind::Heat => "heat",
+            PotentialKind::Dr => "dr",
+            PotentialKind::Sr => "sr",
             PotentialKind::Hops => "hops",
             PotentialKind::Oracle => "oracle",
+            PotentialKind::NegatedOracle => "negated-oracle",
+            PotentialKind::Random => "random",
+            PotentialKind::File => "file",
             PotentialKind::None => "none",
         }
     }
@@ -65,7 +86,8 @@ pub enum ScaleMode {
     /// Shifted to 0 at the best goal and scaled to `scale_factor` times the cost of the longest known way there.
     #[default]
     Return,
-    /// As the model puts it out. Only `potential = "report"` has a raw form of its own: the class probability.
+    /// As the model puts it out. Only `report`, `dr` and `sr` have a raw form of their own: the class probability; the value,
+    /// less that of the best goal; and the discounted visits of the goal, relative to those from the goal, less 1.
     Raw,
 }
 
@@ -75,13 +97,14 @@ pub enum ScaleMode {
 pub struct ShapingParams {
     /// Where φ comes from.
     pub potential: PotentialKind,
-    /// Units of φ: `return` or `raw` (the bare class probability, only for `report`).
+    /// Units of φ: `return` or `raw` (as the model puts it out, only for `report`, `dr` and `sr`).
     pub scale: ScaleMode,
     /// Range of φ ÷ cost of the longest known way to a goal; at most 1e6.
     pub scale_factor: f64,
     /// Weight of the shaped TD error against the plain one, 0 to 1 (α of Klissarov & Precup 2020).
     pub mix: f64,
-    /// `gcn`: diffusion cost of one typical step, in nats, before the network has learnt anything.
+    /// `gcn`: diffusion cost of one typical step, in nats, before the network has learnt anything. `dr`: 1/λ, with λ in typical
+    /// steps.
     pub temperature: f64,
     /// `gcn`: the network may scale a local cost by e^±this.
     pub log_cost_clip: f64,
@@ -98,6 +121,10 @@ pub struct ShapingParams {
     pub cost_smoothness: f64,
     /// `heat`: the part of the heat that a typical step keeps, between 0 and 1.
     pub heat_kept: f64,
+    /// `file`: a CSV file of φ with the columns row,col,potential, or name,potential where states have names; as `export` writes
+    /// them. A relative path begins at the folder of the scenario. φ is used as it is, from the first goal on.
+    #[schemars(example = "phi.csv")]
+    pub file: Option<PathBuf>,
 }
 
 impl Default for ShapingParams {
@@ -115,6 +142,7 @@ impl Default for ShapingParams {
             fit_tolerance: 2e-4,
             cost_smoothness: 3.0,
             heat_kept: 0.9,
+            file: None,
         }
     }
 }
@@ -154,7 +182,32 @@ impl ShapingParams {
             rule,
         )?;
         let rule = "between 0.000001 and 0.999";
-        within("heat_kept", self.heat_kept, 1e-6..=0.999, rule)
+        within("heat_kept", self.heat_kept, 1e-6..=0.999, rule)?;
+        self.check_file()
+    }
+
+    /// Whether there is a file where one is needed, and nowhere else.
+    fn check_file(&self) -> Result<(), ParameterError> {
+        let broken = |key, value: String, rule: String| ParameterError {
+            section: "shaping",
+            key,
+            value,
+            rule: rule.into(),
+        };
+        let kind = self.potential;
+        match (&self.file, kind) {
+            (None, PotentialKind::File) => {
+                let rule = "accompanied by shaping.file, a CSV file of φ";
+                Err(broken("potential", kind.to_string(), rule.to_owned()))
+            }
+            (None, _) | (Some(_), PotentialKind::File) => Ok(()),
+            (Some(file), _) => {
+                let rule = format!(
+                    "left out, or else shaping.potential be \"file\": \"{kind}\" reads none"
+                );
+                Err(broken("file", file.display().to_string(), rule))
+            }
+        }
     }
 }
 
@@ -215,6 +268,21 @@ mod tests {
                 ..Default::default()
             },
             "shaping.num_labels = 0: must be 1 to 1000000",
+        );
+        check(
+            ShapingParams {
+                potential: PotentialKind::File,
+                ..Default::default()
+            },
+            "shaping.potential = file: must be accompanied by shaping.file, a CSV file of φ",
+        );
+        check(
+            ShapingParams {
+                potential: PotentialKind::Heat,
+                file: Some(PathBuf::from("phi.csv")),
+                ..Default::default()
+            },
+            "shaping.file = phi.csv: must be left out, or else shaping.potential be \"file\": \"heat\" reads none",
         );
     }
 }

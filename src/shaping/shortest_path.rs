@@ -149,6 +149,16 @@ impl ShortestPathProblem {
         let rise = self.rise(v);
         let scale = factor * self.step_reward * self.eccentricity();
         let per_unit = if rise > MIN_RISE { scale / rise } else { 0.0 };
+        self.falling(v, per_unit)
+    }
+
+    /// φ by state number that falls by `per_unit` for each unit of `v`, from 0 at the best goal. States that reach no goal get
+    /// the lowest φ of those that do.
+    ///
+    /// # Panics
+    /// If `v` has not one entry per position.
+    pub(crate) fn falling(&self, v: &[f64], per_unit: f64) -> Vec<f64> {
+        assert_eq!(v.len(), self.chain.len(), "one value per position");
         let best = v[..self.chain.num_goals()]
             .iter()
             .copied()

@@ -4,7 +4,7 @@ use crate::results::hex;
 use eigentrail::agent::AnyAgent;
 use eigentrail::engine::Engine;
 use eigentrail::env::Model;
-use eigentrail::runner::{build_engine, move_goals, with_true_distances};
+use eigentrail::runner::{build_engine, move_goals, with_discovery_hook};
 use eigentrail::scenario::{Loaded, Scenario, World};
 use libtest_mimic::{Failed, Trial};
 use serde::Serialize;
@@ -159,7 +159,7 @@ fn compare<E: Plain>(
         let moved = loaded.worlds.moved_for(SEED);
         Ok(Run {
             scenario: &loaded.scenario,
-            engine: build_engine(&loaded.scenario, world.clone(), SEED)
+            engine: build_engine(&loaded.scenario, world.clone(), None, SEED)
                 .map_err(|e| e.to_string())?,
             episodes: 0,
             moved: moved.and_then(|moved| Some((moved.after, own(moved.world)?))),
@@ -233,7 +233,7 @@ fn go_on_in<E: Plain>(
     let moved = moved.filter(|moved| moved.after > episodes);
     let run = Run {
         scenario: &loaded.scenario,
-        engine: with_true_distances(&loaded.scenario, engine),
+        engine: with_discovery_hook(&loaded.scenario, engine, None),
         episodes,
         moved: moved.and_then(|moved| Some((moved.after, own(moved.world)?))),
         digest: Sha256::new(),

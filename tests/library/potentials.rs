@@ -13,7 +13,17 @@ use proptest::prelude::*;
 use std::collections::BTreeSet;
 
 /// The kinds that promise to have no false maximum.
-const DEPENDABLE: [PotentialKind; 3] =
+const DEPENDABLE: [PotentialKind; 5] = [
+    PotentialKind::Gcn,
+    PotentialKind::Heat,
+    PotentialKind::Dr,
+    PotentialKind::Sr,
+    PotentialKind::Hops,
+];
+
+/// Those of them that behave like a distance, of goals of different worth and on any weights: `dr` counts what a goal forgoes at
+/// face value, and `sr` is flat but for rounding where hardly a walk arrives.
+const DISTANCES: [PotentialKind; 3] =
     [PotentialKind::Gcn, PotentialKind::Heat, PotentialKind::Hops];
 
 /// φ is computed to a Bellman residual of 1e-5 nats, and a residual that is the same everywhere scales out.
@@ -462,7 +472,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
     fn no_weights_make_a_false_maximum(adjacency in any_weighted_graph(), goal in 0_u32..2) {
-        for kind in DEPENDABLE {
+        for kind in DISTANCES {
             let goals = [StateId(goal)];
             let phi = on_graph(&adjacency, &goals, kind).unwrap().values;
             prop_assert!(phi.iter().all(|v| v.is_finite()));
@@ -573,7 +583,7 @@ fn a_poorer_goal_lies_lower_by_what_it_forgoes() {
     let map = Map::open(1, 41, &[0, 40]);
     let mut world = map.fully_explored();
     world.goals[1].reward = -10.0;
-    for kind in DEPENDABLE {
+    for kind in DISTANCES {
         let phi = world.fit(kind).values;
         assert_eq!(phi[0], 0.0);
         // Range 2 per step of the longest way: 25 steps to either goal, 10 of them forgone at the second.
@@ -611,7 +621,7 @@ fn the_oracle_repeats_what_it_was_told() {
     let world = Map::open(2, 2, &[3]).explored(-0.5, |_, _| true);
     let mut oracle = build(PotentialKind::Oracle);
     for (state, distance) in [(0, 2.0), (1, 1.0), (3, 0.0), (7, f64::INFINITY)] {
-        oracle.set_true_distance(StateId(state), distance);
+        oracle.tell(StateId(state), distance);
     }
     let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
     assert_eq!(
@@ -620,9 +630,48 @@ fn the_oracle_repeats_what_it_was_told() {
         "state 2 was not told: the lowest value"
     );
     let mut oracle = build(PotentialKind::Oracle);
-    oracle.set_true_distance(StateId(0), 2.0);
+    oracle.tell(StateId(0), 2.0);
     let phi = world.with(|inputs| oracle.fit(inputs)).unwrap().values;
     assert_eq!(phi, [-2.0, -2.0, -2.0, 0.0], "a goal need not be told");
+}
+
+#[test]
+fn the_negated_oracle_is_the_opposite_of_the_oracle() {
+    let world = Map::open(3, 4, &[11]).explored(-0.3, |_, _| true);
+    let [mut oracle, mut negated] =
+        [PotentialKind::Oracle, PotentialKind::NegatedOracle].map(build);
+    for told in 0..=12 {
+        let fits = [&mut oracle, &mut negated].map(|potential| {
+            let fit = world.with(|inputs| potential.fit(inputs));
+            if told < 11 {
+                let far = if told == 4 {
+                    f64::INFINITY
+                } else {
+                    5.0 - f64::from(told) / 3.0
+                };
+                potential.tell(StateId(told), far);
+            }
+            fit.unwrap().values
+        });
+        let [phi, negated] = fits;
+        assert!(phi.iter().all(|&phi| phi <= 0.0) && phi[11] == 0.0);
+        let opposite: Vec<f64> = phi.iter().map(|phi| 0.0 - phi).collect();
+        assert_eq!(bits(&negated), bits(&opposite), "{told} told");
+        assert_eq!(phi.iter().any(|&phi| phi < 0.0), told > 0);
+    }
+}
+
+#[test]
+fn a_given_potential_is_what_was_given() {
+    let mut world = Map::open(2, 2, &[3]).fully_explored();
+    let mut given = build(PotentialKind::File);
+    for (state, phi) in [(0, -2.5), (1, 7.0), (2, f64::NAN), (3, -1.0), (9, 1.0)] {
+        given.tell(StateId(state), phi);
+    }
+    let mut fit = |world: &World| world.with(|inputs| given.fit(inputs)).unwrap().values;
+    assert_eq!(fit(&world), [-2.5, 7.0, 0.0, 0.0], "0 at the goal");
+    world.goals.clear();
+    assert_eq!(fit(&world), [-2.5, 7.0, 0.0, -1.0]);
 }
 
 #[test]
@@ -688,8 +737,8 @@ fn a_potential_read_back_goes_on_to_the_same_bits() {
             let world = map.explored(-1.0, |state, _| state < explored);
             let features = Mat::from_fn(rows, columns, |i, c| ((i + 3 * c + rows) as f64).sin());
             let [expected, found] = [&mut kept, &mut read].map(|potential| {
-                potential.set_true_distance(StateId(explored - 1), f64::from(explored) / 3.0);
-                potential.set_true_distance(StateId(1), f64::INFINITY);
+                potential.tell(StateId(explored - 1), f64::from(explored) / 3.0);
+                potential.tell(StateId(1), f64::INFINITY);
                 let fit = world.with(|inputs| {
                     potential.fit(&PotentialInputs {
                         features: features.as_ref(),

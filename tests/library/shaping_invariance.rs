@@ -293,7 +293,10 @@ fn every_kind_of_potential_keeps_the_optimal_actions() {
         PotentialKind::Gcn,
         PotentialKind::Report,
         PotentialKind::Heat,
+        PotentialKind::Dr,
+        PotentialKind::Sr,
         PotentialKind::Hops,
+        PotentialKind::Random,
     ] {
         let fit = potential_on_graph(
             &adjacency,

@@ -927,7 +927,7 @@ mod potentials {
     fn every_kind_has_its_facts_and_its_file() {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(40));
-        for kind in ["gcn", "report", "heat", "hops"] {
+        for kind in ["gcn", "report", "heat", "dr", "sr", "hops"] {
             let line = program.prints_json(&[
                 "potential",
                 file,

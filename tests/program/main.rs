@@ -6,6 +6,7 @@ mod compare;
 mod export;
 mod interruptions;
 mod live_page;
+mod potential_kinds;
 #[path = "../common/program.rs"]
 mod program;
 mod report_page;

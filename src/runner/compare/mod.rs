@@ -19,6 +19,7 @@ mod summarise;
 mod trials;
 mod tuning;
 
+use super::build::warn_of_file;
 use super::error::RunnerError;
 use super::estimate::require_memory;
 use super::optimal_returns::KnownOptima;
@@ -104,6 +105,7 @@ pub fn compare(
     for arm in arms.iter().chain([&sparse]) {
         require_memory(&arm.scenario, loaded.worlds.first(), at_once)?;
     }
+    warn_of_file(&loaded.worlds, arms.iter().map(|arm| &arm.scenario));
     let kind = FolderKind::Comparison;
     let folder = RunFolder::open_kind(kind, request.out.as_deref(), loaded, request.existing)?;
     let field = Field {
