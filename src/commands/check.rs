@@ -174,6 +174,10 @@ fn table(loaded: &Loaded, facts: &Facts) -> String {
         table.add_row([name, &value]);
     };
     row("world", describe(scenario, world));
+    if loaded.worlds.differ_by_seed() {
+        let seed = scenario.run.seed;
+        row("goal", format!("at random, below that of seed {seed}"));
+    }
     row(
         "states",
         format!(

@@ -28,16 +28,16 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
         World::Grid(map) => {
             let look = look(args, global);
             if let Some(run) = &args.potential {
-                let folder = folder_on(map.layout(), run)?;
-                text += &potential(&last_layout(&loaded, map), &folder, look)?;
+                let folder = folder_on(&loaded, run)?;
+                text += &potential(&last_layout(&loaded, map, &folder), &folder, look)?;
             }
             if let Some(run) = &args.policy {
-                let folder = folder_on(map.layout(), run)?;
-                text += &policy(&last_layout(&loaded, map), &folder, look)?;
+                let folder = folder_on(&loaded, run)?;
+                text += &policy(&last_layout(&loaded, map, &folder), &folder, look)?;
             }
             if text.is_empty() {
                 let moved = moved_map(&loaded.worlds, look);
-                text = draw_map(map.layout(), look) + &facts(world) + &moved;
+                text = draw_map(map.layout(), look) + &facts(world) + &whose_goal(&loaded) + &moved;
             }
             text.extend(fitting_note(map.layout(), look).map(|note| note + "\n"));
             print_drawn(&text);
@@ -70,10 +70,22 @@ fn look(args: &cli::Show, global: &cli::Global) -> Look {
     }
 }
 
-/// The map with the goals that a run ends with, which its potential leads to.
-fn last_layout(loaded: &Loaded, first: &GridWorld) -> Layout {
+/// Which of the goals it is that is drawn, if each seed has its own.
+fn whose_goal(loaded: &Loaded) -> String {
+    match loaded.worlds.differ_by_seed() {
+        true => format!(
+            "a goal at random: here that of seed {}\n",
+            loaded.scenario.run.seed
+        ),
+        false => String::new(),
+    }
+}
+
+/// The map with the goals that the run in this seed's folder ended with, which its potential leads to.
+fn last_layout(loaded: &Loaded, first: &GridWorld, folder: &Path) -> Layout {
     let run = &loaded.scenario.run;
-    match loaded.worlds.in_episode(run.seed, run.episodes - 1) {
+    let seed = seed_of(folder).unwrap_or(run.seed);
+    match loaded.worlds.in_episode(seed, run.episodes - 1) {
         World::Grid(map) => map.layout().clone(),
         World::Listed(..) => first.layout().clone(),
     }
@@ -123,15 +135,22 @@ fn facts(world: &World) -> String {
     )
 }
 
+/// The seed that a folder `seed-0007` is of.
+fn seed_of(folder: &Path) -> Option<u64> {
+    let name = folder.file_name()?.to_str()?;
+    name.strip_prefix("seed-")?.parse().ok()
+}
+
 /// The seed folder of a run; refused if the run was on another map, where its scenario is still beside it.
-fn folder_on(layout: &Layout, run: &Path) -> Result<PathBuf> {
+fn folder_on(loaded: &Loaded, run: &Path) -> Result<PathBuf> {
     let folder = seed_folder(run)?;
     let beside = folder.parent().unwrap_or(&folder).join(names::RESOLVED);
     let Ok(run) = Scenario::load(&beside, &[]) else {
         return Ok(folder);
     };
-    match run.worlds.first() {
-        World::Grid(map) if map.layout() == layout => Ok(folder),
+    let seed = loaded.scenario.run.seed; // the same one of both: a goal at random is to be the same
+    match (run.worlds.first_for(seed), loaded.worlds.first()) {
+        (World::Grid(of_run), World::Grid(map)) if of_run.layout() == map.layout() => Ok(folder),
         _ => bail!(BadInput(format!(
             "{}: the run is of another world: its map differs from the scenario's",
             folder.display()

@@ -123,6 +123,16 @@ pub enum EnvError {
         /// The cell or the state's name.
         place: String,
     },
+    /// A hazard where none can be.
+    #[error("the hazard {place} {rule}")]
+    MisplacedHazard {
+        /// Its number in the list, from 0.
+        hazard: usize,
+        /// Its cell.
+        place: String,
+        /// What is wrong with it.
+        rule: &'static str,
+    },
     /// The episode would be over before its first step.
     #[error("start and goal are the same place, {place}: move one of them")]
     StartIsGoal {

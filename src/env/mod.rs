@@ -28,7 +28,9 @@ pub use boards::{Board, Fall};
 pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
-pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
+pub use layouts::{
+    Cell, Direction, Doors, GoalCell, HazardCell, Landmark, Layout, Placement, Tile,
+};
 pub use tabular::{
     Caution, MdpState, NoGain, Optimum, Outcome, TabularEnvironment, TabularMdp, Unmeasured,
 };

@@ -228,10 +228,13 @@ fn draw(
     text
 }
 
-/// The character of a start or a goal.
+/// The character of a start, a goal or a hazard.
 fn mark(layout: &Layout, cell: Cell) -> Option<char> {
     if layout.start == Some(cell) {
         return Some('S');
+    }
+    if layout.is_hazard(cell) {
+        return Some('X');
     }
     let goal = layout.goals.iter().find(|goal| goal.cell == cell)?;
     Some(goal.digit.map_or('G', |digit| char::from(b'0' + digit)))

@@ -1,7 +1,7 @@
 //! The section `[env]`: which world.
 
 use super::error::BrokenRule;
-use super::goals::{GoalSpec, Goals};
+use super::goals::{GoalSpec, Goals, HazardSpec};
 use super::place::{MaxSteps, MoveAfter, Place};
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
@@ -223,6 +223,10 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 250)]
     pub goals_move_after: Option<MoveAfter>,
+    /// Maps: where episodes end, too, though it is no goal (lava, holes), and what this pays on top of a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = example_of_hazards())]
+    pub hazards: Option<Vec<HazardSpec>>,
     /// "step-cost": −1 a step (eq. 2 of the paper); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
@@ -241,6 +245,13 @@ pub struct EnvParams {
 
 fn example_of_rewards() -> BTreeMap<&'static str, f64> {
     BTreeMap::from([("1", 20.0)])
+}
+
+fn example_of_hazards() -> [HazardSpec; 1] {
+    [HazardSpec {
+        at: Place::Cell([1, 2]),
+        reward: -50.0,
+    }]
 }
 
 fn example_of_moved_goals() -> [GoalSpec; 1] {
@@ -352,6 +363,10 @@ impl EnvParams {
                 "env.goals",
                 "env.goals = \"random\" is for maps: an edge list needs the names of its goals",
             )),
+            EnvKind::EdgeList if self.hazards.is_some() => Err(BrokenRule::new(
+                "env.hazards",
+                "env.hazards is for maps: in an edge list an end is a state without lines of its own, or a goal",
+            )),
             EnvKind::EdgeList if self.slip != 0.0 => Err(BrokenRule::new(
                 "env.slip",
                 "env.slip is for maps: an edge list says itself where an action may lead, in its column probability",
@@ -366,6 +381,7 @@ impl EnvParams {
             ("env.start", self.start.is_some()),
             ("env.goals", self.goals.is_some()),
             ("env.moved_goals", self.moved_goals.is_some()),
+            ("env.hazards", self.hazards.is_some()),
             ("env.reward", self.reward != RewardScheme::default()),
             ("env.slip", self.slip != 0.0),
         ];

@@ -18,6 +18,16 @@ pub struct GoalSpec {
     pub reward: Option<f64>,
 }
 
+/// A place where episodes end that is no goal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HazardSpec {
+    /// Where it is.
+    pub at: Place,
+    /// What it pays on top of a step.
+    pub reward: f64,
+}
+
 /// Goals of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]

@@ -41,6 +41,13 @@ impl EnvParams {
                 .with_start(at)
                 .map_err(|e| place_rule("env.start", &e))?;
         }
+        for (i, hazard) in self.hazards.iter().flatten().enumerate() {
+            let key = format!("env.hazards[{i}].at");
+            let at = placement(&key, &hazard.at)?;
+            layout = layout
+                .with_hazard(at, hazard.reward)
+                .map_err(|e| place_rule(&key, &e))?;
+        }
         if goals.is_drawn(self) {
             let drawn = layout.with_random_goal(self.starts_anywhere(), &mut goal_stream(seed));
             return drawn.map_err(|e| self.blame(e, goals));
@@ -119,6 +126,7 @@ impl EnvParams {
             | EnvError::GoalUnreachable { .. } => {
                 self.or_map(goals.key(), goals.of(self).is_some())
             }
+            EnvError::MisplacedHazard { hazard, .. } => format!("env.hazards[{hazard}].at"),
             EnvError::NoPlaceForGoal => goals.key().to_owned(),
             EnvError::StartIsGoal { .. } if goals == GoalList::Moved => goals.key().to_owned(),
             EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {

@@ -115,7 +115,10 @@ impl EnvParams {
         });
         let digits = self.rewards.iter().flatten();
         let digits = digits.map(|(digit, &reward)| (format!("env.rewards.{digit}"), reward));
-        scheme.chain(goals).chain(digits)
+        let hazards = self.hazards.iter().flatten().enumerate();
+        let hazards =
+            hazards.map(|(i, hazard)| (format!("env.hazards[{i}].reward"), hazard.reward));
+        scheme.chain(goals).chain(digits).chain(hazards)
     }
 }
 

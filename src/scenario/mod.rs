@@ -38,7 +38,7 @@ pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm, DEFAULT_ARM};
 pub use document::Document;
 pub use env::{EnvKind, EnvParams};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
-pub use goals::{Draw, GoalSpec, Goals};
+pub use goals::{Draw, GoalSpec, Goals, HazardSpec};
 pub use place::{MaxSteps, MoveAfter, Place};
 pub use potential_file::PotentialFile;
 pub use shipped::{Shipped, report_scenarios, shipped};

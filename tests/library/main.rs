@@ -8,6 +8,7 @@ mod engine;
 mod env_worlds;
 mod environments;
 mod gcn_gradients;
+mod goals_and_hazards;
 mod graph_export;
 mod graph_properties;
 #[path = "../common/graphs.rs"]

@@ -1,11 +1,11 @@
 //! The grid world of the source paper, section 2.1: four moves, and whatever is in the way stops the agent.
 //!
 //! P: with probability 1 − slip the agent moves as it chose, with slip/2 each to the left or right of that direction;
-//! where the cell in question cannot be entered ([`Layout::neighbor`]) it stays. R: [`RewardScheme`]. Entering a goal
-//! terminates the episode; the step number `max_steps` truncates it, unless it enters a goal.
+//! where the cell in question cannot be entered ([`Layout::neighbor`]) it stays. R: [`RewardScheme`]. Entering a goal or a
+//! hazard terminates the episode; the step number `max_steps` truncates it, unless it enters one.
 //!
 //! A step costs one byte of memory traffic and no division, branch-free but for slips and ends: per cell a mask of the
-//! moves that lead out of it, and a bit that says whether it is a goal. Without slip a step draws no random number; with a
+//! moves that lead out of it, and a bit that says whether it is an end. Without slip a step draws no random number; with a
 //! fixed start neither does a reset.
 
 mod model;
@@ -23,8 +23,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// The bit of a cell's mask that says it is a goal; the four below it are [`Direction::bit`].
-const GOAL: u8 = 1 << 4;
+/// The bit of a cell's mask that says episodes end there, at a goal or a hazard; the four below it are [`Direction::bit`].
+const END: u8 = 1 << 4;
 
 /// An agent on a map.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -32,14 +32,14 @@ pub struct GridWorld {
     layout: Layout,
     params: GridWorldParams,
     clock: EpisodeClock,
-    /// Exits and goal bit of each cell; 0 for walls.
+    /// Exits and end bit of each cell; 0 for walls.
     masks: Vec<u8>,
     /// What to add to a cell's number to move in each direction, wrapping.
     offsets: [u32; 4],
     /// Number in the MDP of each free cell: how many free cells come before it.
     ranks: Vec<u32>,
-    /// Reward on entering each goal, in the order of `layout.goals`.
-    goal_rewards: Vec<f64>,
+    /// Reward on entering each goal, in the order of `layout.goals`, and then each hazard.
+    end_rewards: Vec<f64>,
     /// Where an episode may begin.
     starts: Vec<Cell>,
     rng: ChaCha8Rng,
@@ -59,7 +59,7 @@ impl GridWorld {
             masks: Vec::new(),
             offsets: [cols.wrapping_neg(), 1, cols, 1_u32.wrapping_neg()],
             ranks: ranks(&layout),
-            goal_rewards: Vec::new(),
+            end_rewards: Vec::new(),
             starts: Vec::new(),
             rng,
             cell: Cell(0),
@@ -115,12 +115,9 @@ impl GridWorld {
         self.masks = masks(&self.layout);
         let rewards = self.params.rewards;
         let bonus = |goal: &GoalCell| goal.reward.unwrap_or(rewards.goal());
-        self.goal_rewards = self
-            .layout
-            .goals
-            .iter()
-            .map(|goal| rewards.step() + bonus(goal))
-            .collect();
+        let hazards = self.layout.hazards.iter().map(|hazard| hazard.reward);
+        let bonuses = self.layout.goals.iter().map(bonus).chain(hazards);
+        self.end_rewards = bonuses.map(|bonus| rewards.step() + bonus).collect();
         self.starts = match self.layout.start {
             Some(start) if !self.params.random_start => vec![start],
             _ => {
@@ -146,7 +143,7 @@ impl GridWorld {
         }
     }
 
-    /// The cell that `direction` leads to from a cell that is no goal.
+    /// The cell that `direction` leads to from a cell that is no end.
     fn moved(&self, from: Cell, direction: usize) -> Cell {
         let open = u32::from(self.masks[from.index()] >> direction & 1);
         Cell(from.0.wrapping_add(self.offsets[direction] * open))
@@ -154,11 +151,11 @@ impl GridWorld {
 
     /// Reward of the step that enters `cell`.
     fn reward_on_entering(&self, cell: Cell) -> f64 {
-        if self.masks[cell.index()] & GOAL == 0 {
+        if self.masks[cell.index()] & END == 0 {
             return self.params.rewards.step();
         }
-        let goal = self.layout.goals.iter().position(|goal| goal.cell == cell);
-        self.goal_rewards[goal.expect("only goals carry the goal bit")]
+        let end = ends(&self.layout).position(|end| end == cell);
+        self.end_rewards[end.expect("only ends carry the end bit")]
     }
 }
 
@@ -180,7 +177,7 @@ impl Environment for GridWorld {
         assert!(action.index() < 4, "action {} of 4", action.0);
         let direction = self.slipped(action.index());
         self.cell = self.moved(self.cell, direction);
-        let status = self.clock.tick(self.masks[self.cell.index()] & GOAL != 0);
+        let status = self.clock.tick(self.masks[self.cell.index()] & END != 0);
         Step {
             state: self.cell,
             reward: self.reward_on_entering(self.cell),
@@ -197,10 +194,16 @@ fn masks(layout: &Layout) -> Vec<u8> {
             .filter(|&direction| layout.neighbor(cell, direction).is_some());
         masks[cell.index()] = open.fold(0, |mask, direction| mask | direction.bit());
     }
-    for goal in &layout.goals {
-        masks[goal.cell.index()] |= GOAL;
+    for end in ends(layout) {
+        masks[end.index()] |= END;
     }
     masks
+}
+
+/// Where episodes end: goals, then hazards.
+fn ends(layout: &Layout) -> impl Iterator<Item = Cell> + '_ {
+    let goals = layout.goals.iter().map(|goal| goal.cell);
+    goals.chain(layout.hazards.iter().map(|hazard| hazard.cell))
 }
 
 fn ranks(layout: &Layout) -> Vec<u32> {

@@ -1,6 +1,6 @@
 //! The grid world as an MDP: its free cells, numbered in reading order.
 
-use super::{GOAL, GridWorld};
+use super::{END, GridWorld};
 use crate::env::layouts::{Cell, Tile};
 use crate::env::tabular::{Outcome, TabularMdp};
 use crate::env::{Action, Model};
@@ -39,7 +39,7 @@ impl Model for GridWorld {
         let cells: Vec<_> = self.mdp_cells().collect();
         let terminal = cells
             .iter()
-            .map(|cell| self.masks[cell.index()] & GOAL != 0)
+            .map(|cell| self.masks[cell.index()] & END != 0)
             .collect();
         TabularMdp::from_fn(4, terminal, |state, action, outcomes| {
             self.outcomes(cells[state], action, outcomes)

@@ -45,6 +45,7 @@ pub fn validate(layout: &Layout, params: &GridWorldParams) -> Result<(), EnvErro
         return Err(EnvError::NoFreeCell);
     }
     validate_goals(layout, params.rewards)?;
+    validate_hazards(layout, params.rewards)?;
     if params.random_start {
         return validate_random_starts(layout);
     }
@@ -80,6 +81,33 @@ fn validate_goals(layout: &Layout, rewards: RewardScheme) -> Result<(), EnvError
     Ok(())
 }
 
+fn validate_hazards(layout: &Layout, rewards: RewardScheme) -> Result<(), EnvError> {
+    for (i, hazard) in layout.hazards.iter().enumerate() {
+        let place = layout.describe(hazard.cell);
+        let misplaced = |rule| {
+            Err(EnvError::MisplacedHazard {
+                hazard: i,
+                place: place.clone(),
+                rule,
+            })
+        };
+        if !is_free(layout, hazard.cell) {
+            return misplaced("is in a wall: choose a free cell");
+        }
+        if layout.is_goal(hazard.cell) {
+            return misplaced("is a goal, too: move one of them");
+        }
+        let mut earlier = layout.hazards[..i].iter();
+        if earlier.any(|earlier| earlier.cell == hazard.cell) {
+            return misplaced("is given twice: keep one");
+        }
+        let entering = format!("the step into the hazard {place}");
+        require_finite(&entering, hazard.reward)?;
+        require_finite(&entering, rewards.step() + hazard.reward)?;
+    }
+    Ok(())
+}
+
 fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
     let (row, col) = layout.position(start);
     if !is_free(layout, start) {
@@ -88,6 +116,17 @@ fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
     if layout.goals.iter().any(|goal| goal.cell == start) {
         return Err(EnvError::StartIsGoal {
             place: layout.describe(start),
+        });
+    }
+    if let Some(i) = layout
+        .hazards
+        .iter()
+        .position(|hazard| hazard.cell == start)
+    {
+        return Err(EnvError::MisplacedHazard {
+            hazard: i,
+            place: layout.describe(start),
+            rule: "is the start, too: move one of them",
         });
     }
     let distances = layout.distances_from(start);
@@ -104,14 +143,13 @@ fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
     }
 }
 
-/// Each goal must be entered from some cell that is no goal; that cell can then be a start.
+/// Each goal must be entered from some cell that is no end; that cell can then be a start.
 fn validate_random_starts(layout: &Layout) -> Result<(), EnvError> {
-    let is_goal = |cell: &Cell| layout.goals.iter().any(|goal| goal.cell == *cell);
     let is_entered = |cell: Cell| {
         let mut before = Direction::ALL
             .into_iter()
             .filter_map(|direction| layout.predecessor(cell, direction));
-        before.any(|cell| !is_goal(&cell))
+        before.any(|cell| !layout.is_goal(cell) && !layout.is_hazard(cell))
     };
     match layout.goals.iter().find(|goal| !is_entered(goal.cell)) {
         None => Ok(()),

@@ -110,6 +110,9 @@ impl Layout {
         if let Some(goal) = self.goals.iter().find(|goal| goal.cell == cell) {
             return goal.digit.map_or('G', |digit| char::from(b'0' + digit));
         }
+        if self.is_hazard(cell) {
+            return 'X';
+        }
         match self.tile(cell) {
             Tile::Wall => '#',
             Tile::Free => '.',
@@ -122,7 +125,7 @@ impl Layout {
 }
 
 /// The map as text, lines parted by newlines, without a last one. [`Layout::from_ascii`] reads it back, except that a
-/// start or goal hides the arrow under it and a reward without a digit is not shown.
+/// start or goal hides the arrow under it, a reward without a digit is not shown, and a hazard, `X`, is not read.
 impl fmt::Display for Layout {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for cell in self.cells() {

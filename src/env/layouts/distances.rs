@@ -1,6 +1,6 @@
 //! Distances on a map, in moves: breadth-first search, O(cells).
 //!
-//! An episode ends at a goal, so no path leads through one: goals are entered and never left.
+//! An episode ends at a goal and at a hazard, so no path leads through one: they are entered and never left.
 
 use super::{Cell, Direction, Layout};
 use std::collections::VecDeque;
@@ -11,9 +11,9 @@ impl Layout {
     /// # Panics
     /// If `from` is not on the map.
     pub fn distances_from(&self, from: Cell) -> Vec<Option<u32>> {
-        let is_goal = self.goal_mask();
+        let is_end = self.end_mask();
         self.search(&[from], |cell, direction| {
-            let ends = is_goal[cell.index()] && cell != from;
+            let ends = is_end[cell.index()] && cell != from;
             if ends {
                 None
             } else {
@@ -27,10 +27,10 @@ impl Layout {
     /// # Panics
     /// If a target is not on the map.
     pub fn distances_to(&self, targets: &[Cell]) -> Vec<Option<u32>> {
-        let is_goal = self.goal_mask();
+        let is_end = self.end_mask();
         self.search(targets, |cell, direction| {
             self.predecessor(cell, direction)
-                .filter(|before| !is_goal[before.index()])
+                .filter(|before| !is_end[before.index()])
         })
     }
 
@@ -40,10 +40,11 @@ impl Layout {
         self.distances_to(&goals)
     }
 
-    fn goal_mask(&self) -> Vec<bool> {
+    fn end_mask(&self) -> Vec<bool> {
         let mut mask = vec![false; self.num_cells()];
-        for goal in &self.goals {
-            mask[goal.cell.index()] = true;
+        let goals = self.goals.iter().map(|goal| goal.cell);
+        for cell in goals.chain(self.hazards.iter().map(|hazard| hazard.cell)) {
+            mask[cell.index()] = true;
         }
         mask
     }

@@ -118,7 +118,16 @@ impl GoalCell {
     }
 }
 
-/// A map with its start and goals.
+/// A cell where episodes end, and that is no goal: lava, a hole.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HazardCell {
+    /// Where.
+    pub cell: Cell,
+    /// Added to the reward of the step that enters it.
+    pub reward: f64,
+}
+
+/// A map with its start, goals and hazards.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     rows: usize,
@@ -129,6 +138,9 @@ pub struct Layout {
     pub start: Option<Cell>,
     /// Where episodes end, in the order given.
     pub goals: Vec<GoalCell>,
+    /// Where they end without a goal, in the order given.
+    #[serde(default)]
+    pub hazards: Vec<HazardCell>,
 }
 
 impl Layout {
@@ -152,6 +164,7 @@ impl Layout {
             tiles: vec![tile; cells],
             start: None,
             goals: Vec::new(),
+            hazards: Vec::new(),
         })
     }
 
@@ -250,6 +263,26 @@ impl Layout {
             ..GoalCell::new(cell)
         });
         Ok(self)
+    }
+
+    /// The same map with one hazard more, at `at`; see [`HazardCell::reward`].
+    ///
+    /// # Errors
+    /// If the place is not on the map, or cannot be found ([`Placement`]).
+    pub fn with_hazard(mut self, at: impl Into<Placement>, reward: f64) -> Result<Self, EnvError> {
+        let cell = self.locate(at.into())?;
+        self.hazards.push(HazardCell { cell, reward });
+        Ok(self)
+    }
+
+    /// Whether `cell` is a goal.
+    pub(crate) fn is_goal(&self, cell: Cell) -> bool {
+        self.goals.iter().any(|goal| goal.cell == cell)
+    }
+
+    /// Whether `cell` is a hazard.
+    pub(crate) fn is_hazard(&self, cell: Cell) -> bool {
+        self.hazards.iter().any(|hazard| hazard.cell == cell)
     }
 
     /// `[row, col]`, for messages.

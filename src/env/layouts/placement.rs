@@ -19,7 +19,7 @@ pub enum Landmark {
     BottomRight,
     /// The free cell nearest to the middle (up and left of it, if the sides are even).
     Center,
-    /// The cell that takes the most moves from the start.
+    /// The cell that takes the most moves from the start, and is no hazard.
     Farthest,
 }
 
@@ -88,7 +88,7 @@ impl Layout {
         let distances = self.distances_from(start);
         let reached = self
             .free_cells()
-            .filter(|cell| distances[cell.index()].is_some());
+            .filter(|&cell| distances[cell.index()].is_some() && !self.is_hazard(cell));
         reached
             .max_by_key(|cell| distances[cell.index()])
             .ok_or(EnvError::NoFreeCell)

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 impl Layout {
     /// The same map with one goal instead of those it has: at a cell that `rng` draws from all that can be entered coming
-    /// from the start, or, if episodes begin anywhere, from any other cell. It pays what the reward scheme says. O(cells).
+    /// from the start, or, if episodes begin anywhere, from any other cell; hazards are no such places. It pays what the reward scheme says. O(cells).
     ///
     /// # Errors
     /// [`EnvError::NoPlaceForGoal`] if there is none; [`EnvError::NoStart`], and [`EnvError::StartInWall`] if the start is.
@@ -29,11 +29,13 @@ impl Layout {
     /// The cells where a single goal could be reached, in reading order.
     fn places_for_goal(&self, random_start: bool) -> Result<Vec<Cell>, EnvError> {
         if random_start {
-            let is_entered = |cell: &Cell| {
-                let mut ways = Direction::ALL.into_iter();
-                ways.any(|direction| self.predecessor(*cell, direction).is_some())
+            let is_entered = |cell: Cell| {
+                let ways = Direction::ALL.into_iter();
+                let mut before = ways.filter_map(|direction| self.predecessor(cell, direction));
+                before.any(|cell| !self.is_hazard(cell))
             };
-            return Ok(self.free_cells().filter(is_entered).collect());
+            let places = self.free_cells().filter(|&cell| !self.is_hazard(cell));
+            return Ok(places.filter(|&cell| is_entered(cell)).collect());
         }
         let start = self.start.ok_or(EnvError::NoStart)?;
         if self.tile(start) == Tile::Wall {
@@ -41,7 +43,8 @@ impl Layout {
             return Err(EnvError::StartInWall { row, col });
         }
         let distances = self.distances_from(start);
-        let is_reached = |cell: &Cell| distances[cell.index()].is_some_and(|moves| moves > 0);
-        Ok(self.free_cells().filter(is_reached).collect())
+        let is_reached = |cell: Cell| distances[cell.index()].is_some_and(|moves| moves > 0);
+        let places = self.free_cells().filter(|&cell| !self.is_hazard(cell));
+        Ok(places.filter(|&cell| is_reached(cell)).collect())
     }
 }

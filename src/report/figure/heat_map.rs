@@ -37,6 +37,7 @@ impl Drawing {
             (_, None) if layout.goals.iter().any(|goal| goal.cell == cell) => {
                 r#"class="goal""#.to_owned()
             }
+            (_, None) if layout.is_hazard(cell) => r##"class="hazard" fill="#cc79a7""##.to_owned(),
             (_, None) => r#"class="unseen""#.to_owned(),
             (_, Some(v)) => {
                 let share = (v - range.0) / (range.1 - range.0).max(f64::MIN_POSITIVE);
@@ -72,6 +73,7 @@ impl Drawing {
         let start = layout.start.map(|cell| (cell, "S"));
         for (cell, mark) in start
             .into_iter()
+            .chain(layout.hazards.iter().map(|h| (h.cell, "X")))
             .chain(layout.goals.iter().map(|g| (g.cell, "G")))
         {
             let (x, y) = corner(cell);

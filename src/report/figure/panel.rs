@@ -92,14 +92,15 @@ impl Drawing {
         for cell in places.iter().flatten().copied() {
             let (x, y) = centre(cell);
             let class = match cell {
-                cell if layout.start == Some(cell) => "start",
-                cell if layout.goals.iter().any(|goal| goal.cell == cell) => "goal",
-                _ => "state",
+                cell if layout.start == Some(cell) => r#"class="start""#,
+                cell if layout.goals.iter().any(|goal| goal.cell == cell) => r#"class="goal""#,
+                cell if layout.is_hazard(cell) => r##"class="hazard" fill="#cc79a7""##,
+                _ => r#"class="state""#,
             };
             let radius = side * 0.29;
             let _ = writeln!(
                 self.body,
-                r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}" class="{class}"/>"#
+                r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}" {class}/>"#
             );
             let number = (cell.index() + 1).to_string();
             self.text(x, y + 4.5, Anchor::Middle, "in", &number);

@@ -62,6 +62,7 @@ function drawMap(canvas, sights, values, colors, arrows) {
     g.fillStyle = '#fff'; g.fillText(letter, cx, cy);
   };
   if (map.start !== null) mark(map.start, 'S');
+  for (const hazard of map.hazards ?? []) mark(hazard, 'X');
   for (const goal of map.goals) mark(goal, 'G');
 }
 

@@ -47,6 +47,8 @@ struct Map {
     walls: Vec<u32>,
     start: Option<u32>,
     goals: Vec<u32>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    hazards: Vec<u32>,
 }
 
 /// What was known at one moment.
@@ -263,6 +265,7 @@ impl Map {
                 .collect(),
             start: layout.start.map(square),
             goals: layout.goals.iter().map(|goal| square(goal.cell)).collect(),
+            hazards: layout.hazards.iter().map(|h| square(h.cell)).collect(),
         }
     }
 }
