@@ -83,12 +83,12 @@ impl EnvKind {
     /// The keys that mean something for some kinds only.
     fn own_keys(self) -> &'static [&'static str] {
         match self {
-            EnvKind::Open => &["rows", "cols"],
-            EnvKind::Rooms => &["rows", "cols", "room", "doors", "seed"],
-            EnvKind::Linked => &["rows", "cols", "room", "corridor"],
-            EnvKind::Maze => &["rows", "cols", "loops", "seed"],
-            EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed"],
-            EnvKind::Ascii => &["map", "rewards"],
+            EnvKind::Open => &["rows", "cols", "actions"],
+            EnvKind::Rooms => &["rows", "cols", "room", "doors", "seed", "actions"],
+            EnvKind::Linked => &["rows", "cols", "room", "corridor", "actions"],
+            EnvKind::Maze => &["rows", "cols", "loops", "seed", "actions"],
+            EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed", "actions"],
+            EnvKind::Ascii => &["map", "rewards", "actions"],
             EnvKind::EdgeList => &["file"],
             EnvKind::DeepSea => &["size", "stochastic", "seed"],
             EnvKind::RiverSwim | EnvKind::FrozenLake => &["size"],
@@ -113,6 +113,17 @@ impl EnvKind {
     fn is_map(self) -> bool {
         self != EnvKind::EdgeList && !self.is_board()
     }
+}
+
+/// What a walker on a map does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Actions {
+    /// Up, right, down, left.
+    #[default]
+    Moves,
+    /// Turn left, turn right, forward.
+    Turns,
 }
 
 /// One goal.
@@ -210,6 +221,11 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = "world.csv")]
     pub file: Option<PathBuf>,
+    /// Maps: what a walker does. "moves" (the default): up, right, down, left, its states are cells. "turns": turn left, turn
+    /// right, forward, its states are cells with a heading, named "row,column,heading"; it begins heading east, and a goal
+    /// is one whatever the heading. Pages and `show` then list states by name, and draw no map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actions: Option<Actions>,
     /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
     /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -229,7 +245,7 @@ pub struct EnvParams {
     /// "step-cost": −1 a step (eq. 2 of the paper); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
-    /// Probability that a move goes to one of its two sides instead.
+    /// Probability that a move goes to one of its two sides instead, the heading staying what it was; turns never fail.
     pub slip: f64,
     /// edge-list without goals, and boards without ends (river-swim): nothing is reset when the clock runs out, an "episode" is a
     /// window of `max_steps` steps of one unbroken life, and what is best is the most that can be earned a step for ever.
@@ -285,6 +301,7 @@ impl EnvParams {
                 "size" => fill(&mut self.size, size),
                 "stochastic" => fill(&mut self.stochastic, false),
                 "fall" => fill(&mut self.fall, Fall::default()),
+                "actions" => fill(&mut self.actions, Actions::default()),
                 _ => {} // map, rewards and file have no default
             }
         }
@@ -319,6 +336,7 @@ impl EnvParams {
             ("size", self.size.is_some()),
             ("stochastic", self.stochastic.is_some()),
             ("fall", self.fall.is_some()),
+            ("actions", self.actions.is_some()),
         ];
         let own = self.kind.own_keys();
         let stray = given

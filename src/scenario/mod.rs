@@ -34,7 +34,7 @@ mod worlds;
 pub use arms::{Arm, ArmParams};
 pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm, DEFAULT_ARM};
 pub use document::Document;
-pub use env::{EnvKind, EnvParams, GoalSpec};
+pub use env::{Actions, EnvKind, EnvParams, GoalSpec};
 pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
 pub use place::{MaxSteps, MoveAfter, Place};
 pub use shipped::{Shipped, report_scenarios, shipped};

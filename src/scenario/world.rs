@@ -1,7 +1,7 @@
 //! From the section `[env]` to a world one can act in.
 
 use super::Scenario;
-use super::env::{EnvKind, EnvParams, GoalList};
+use super::env::{Actions, EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum World {
     /// A map.
     Grid(GridWorld),
-    /// An edge list or a board of the field, with the names of its states by their numbers.
+    /// An edge list, a board of the field, or a map for a walker that turns, with the names of its states by their numbers.
     Listed(TabularEnvironment, Vec<String>),
 }
 
@@ -137,8 +137,15 @@ impl EnvParams {
             }
             (None, None) => {
                 let layout = self.layout(goals)?;
-                let world = GridWorld::new(layout, self.grid_world_params(), rng);
-                World::Grid(world.map_err(|e| self.blame(e, goals))?)
+                let map = GridWorld::new(layout, self.grid_world_params(), rng);
+                let map = map.map_err(|e| self.blame(e, goals))?;
+                match self.actions.unwrap_or_default() {
+                    Actions::Moves => World::Grid(map),
+                    Actions::Turns => {
+                        let world = map.turning().map_err(|e| self.blame(e, goals))?;
+                        World::Listed(world, map.turning_names())
+                    }
+                }
             }
         };
         let extent = Extent {

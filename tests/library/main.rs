@@ -18,4 +18,5 @@ mod scenarios;
 mod shaping_invariance;
 mod spectrum_growth;
 mod spectrum_oracle;
+mod turns;
 mod walkers;

@@ -1,6 +1,6 @@
 //! The grid world as an MDP: its free cells, numbered in reading order.
 
-use super::{GOAL, GridWorld};
+use super::GridWorld;
 use crate::env::layouts::{Cell, Tile};
 use crate::env::tabular::{Outcome, TabularMdp};
 use crate::env::{Action, Model};
@@ -12,7 +12,7 @@ impl GridWorld {
     }
 
     /// The outcomes of `action` in `cell`, those that lead to the same cell joined.
-    fn outcomes(&self, cell: Cell, action: Action, outcomes: &mut Vec<Outcome>) {
+    pub(super) fn outcomes(&self, cell: Cell, action: Action, outcomes: &mut Vec<Outcome>) {
         let slip = self.params.slip;
         let chosen = action.index();
         for (direction, probability) in [
@@ -37,10 +37,7 @@ impl GridWorld {
 impl Model for GridWorld {
     fn to_mdp(&self) -> TabularMdp {
         let cells: Vec<_> = self.mdp_cells().collect();
-        let terminal = cells
-            .iter()
-            .map(|cell| self.masks[cell.index()] & GOAL != 0)
-            .collect();
+        let terminal = cells.iter().map(|&cell| self.is_goal(cell)).collect();
         TabularMdp::from_fn(4, terminal, |state, action, outcomes| {
             self.outcomes(cells[state], action, outcomes)
         })

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 /// The most cells a map may have: a hundred times the largest world that runs in reasonable memory, so that a slip of
 /// the pen is an error and not the end of the memory.
-const MAX_CELLS: usize = 100_000_000;
+pub(super) const MAX_CELLS: usize = 100_000_000;
 
 /// A cell of a map, and the state of a [`GridWorld`](super::GridWorld): `row · cols + col`.
 ///
