@@ -230,7 +230,7 @@ fn draw(
 
 /// The character of a start or a goal.
 fn mark(layout: &Layout, cell: Cell) -> Option<char> {
-    if layout.start == Some(cell) {
+    if layout.is_start(cell) {
         return Some('S');
     }
     let goal = layout.goals.iter().find(|goal| goal.cell == cell)?;

@@ -24,7 +24,7 @@ impl GreedyReturns {
     pub(super) fn of<E: Model, A: Agent>(engine: &Engine<E, A>) -> Self {
         let world = engine.env();
         let mdp = world.to_mdp();
-        let (starts, max_steps) = (world.start_states(), world.max_steps());
+        let (starts, max_steps) = (world.start_distribution(), world.max_steps());
         let earned = |policy: Vec<Action>| mdp.policy_return(&starts, max_steps, &policy);
         let look_ahead = engine.pipeline().look_ahead();
         let no_advice = vec![0.0; look_ahead.len()];

@@ -2,6 +2,7 @@
 
 use super::error::BrokenRule;
 use super::place::{MaxSteps, MoveAfter, Place};
+use super::start::Start;
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
 use crate::env::layouts::Doors;
@@ -227,9 +228,10 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actions: Option<Actions>,
     /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
-    /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file).
+    /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file). Or one of
+    /// several places, drawn for each episode: [{ at = PLACE, weight = NUMBER }, ...], as often as their weights (1) say.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<Place>,
+    pub start: Option<Start>,
     /// Where episodes end: places as for `start`, and "farthest" (from the start); the default is "bottom-right",
     /// for ascii what the map says.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -306,7 +308,7 @@ impl EnvParams {
             }
         }
         if self.kind.is_map() && self.kind != EnvKind::Ascii {
-            fill(&mut self.start, Place::from("top-left"));
+            fill(&mut self.start, Start::At(Place::from("top-left")));
             let goal = GoalSpec {
                 at: Place::from("bottom-right"),
                 reward: None,
@@ -350,6 +352,9 @@ impl EnvParams {
         }
         if self.continuing {
             self.require_no_goals()?;
+        }
+        if let Some(start) = &self.start {
+            start.validate()?;
         }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(

@@ -3,6 +3,7 @@
 use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::{BrokenRule, nearest};
 use super::place::Place;
+use super::start::Start;
 use crate::env::EnvError;
 use crate::env::grid_world::GridWorldParams;
 use crate::env::layouts::{Landmark, Layout, Placement};
@@ -22,7 +23,7 @@ impl EnvParams {
 
     /// Whether `start = "random"`.
     pub(crate) fn starts_anywhere(&self) -> bool {
-        self.start == Some(Place::from("random"))
+        self.start == Some(Start::At(Place::from("random")))
     }
 
     /// The map with its start and these goals. Call it on parameters with their defaults written out.
@@ -31,13 +32,23 @@ impl EnvParams {
     /// What the map's constructors find wrong, with the key to blame.
     pub(super) fn layout(&self, goals: GoalList) -> Result<Layout, BrokenRule> {
         let mut layout = self.bare_layout().map_err(|e| self.blame(e, goals))?;
-        if let Some(start) = &self.start
-            && !self.starts_anywhere()
-        {
-            let at = placement("env.start", start)?;
-            layout = layout
-                .with_start(at)
-                .map_err(|e| place_rule("env.start", &e))?;
+        match &self.start {
+            Some(Start::At(place)) if !self.starts_anywhere() => {
+                let at = placement("env.start", place)?;
+                layout = layout
+                    .with_start(at)
+                    .map_err(|e| place_rule("env.start", &e))?;
+            }
+            Some(Start::Drawn(starts)) => {
+                for (i, start) in starts.iter().enumerate() {
+                    let key = format!("env.start[{i}].at");
+                    let at = placement(&key, &start.at)?;
+                    layout = layout
+                        .with_drawn_start(at, start.weight)
+                        .map_err(|e| place_rule(&key, &e))?;
+                }
+            }
+            _ => {}
         }
         if let Some(specs) = goals.of(self) {
             layout.goals.clear();
@@ -114,9 +125,12 @@ impl EnvParams {
                 self.or_map(goals.key(), goals.of(self).is_some())
             }
             EnvError::StartIsGoal { .. } if goals == GoalList::Moved => goals.key().to_owned(),
-            EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {
-                self.or_map("env.start", self.start.is_some())
-            }
+            EnvError::NoStart
+            | EnvError::StartInWall { .. }
+            | EnvError::StartIsGoal { .. }
+            | EnvError::DuplicateStart { .. }
+            | EnvError::StartWeight { .. }
+            | EnvError::StartLeadsNowhere { .. } => self.or_map("env.start", self.start.is_some()),
             EnvError::EmptyMap | EnvError::MapTooLarge { .. } if self.kind != EnvKind::Ascii => {
                 "env.rows".to_owned()
             }

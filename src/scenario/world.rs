@@ -5,9 +5,10 @@ use super::env::{Actions, EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
+use super::start::Start;
 use crate::env::{
-    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum,
-    TabularEnvironment, TabularMdp, Unmeasured, boards,
+    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, EdgeListStart, GridWorld, Model,
+    Optimum, Starts, TabularEnvironment, TabularMdp, Unmeasured, boards,
 };
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -208,12 +209,22 @@ impl EnvParams {
         first: &str,
         which: GoalList,
     ) -> Result<EdgeListParams, BrokenRule> {
+        let mut drawn_starts = Vec::new();
         let start = match &self.start {
             None => Some(first.to_owned()),
-            Some(place) => match state_name("env.start", place, list) {
+            Some(Start::At(place)) => match state_name("env.start", place, list) {
                 Err(_) if self.starts_anywhere() => None,
                 named => Some(named?),
             },
+            Some(Start::Drawn(starts)) => {
+                for (i, start) in starts.iter().enumerate() {
+                    drawn_starts.push(EdgeListStart {
+                        at: state_name(&format!("env.start[{i}].at"), &start.at, list)?,
+                        weight: start.weight,
+                    });
+                }
+                None
+            }
         };
         let goals = which.of(self).into_iter().flatten().enumerate();
         let goals = goals.map(|(i, goal)| {
@@ -224,6 +235,7 @@ impl EnvParams {
         });
         Ok(EdgeListParams {
             start,
+            drawn_starts,
             goals: goals.collect::<Result<_, BrokenRule>>()?,
             continuing: self.continuing,
             rewards: self.reward,
@@ -266,12 +278,21 @@ impl World {
 
     /// States there are, and states that can be reached from where episodes begin. O(states × actions).
     pub fn num_states(&self) -> (usize, usize) {
-        let (mdp, starts) = match self {
-            World::Grid(world) => (world.to_mdp(), world.start_states()),
-            World::Listed(world, _) => (world.to_mdp(), world.start_states()),
+        let starts = self.start_distribution();
+        let mdp = match self {
+            World::Grid(world) => world.to_mdp(),
+            World::Listed(world, _) => world.to_mdp(),
         };
-        let reached = mdp.reachable_from(&starts);
+        let reached = mdp.reachable_from(starts.places());
         (mdp.num_states(), reached.iter().filter(|&&r| r).count())
+    }
+
+    /// Where episodes may begin, by the numbers of the states, with the chance of each.
+    pub fn start_distribution(&self) -> Starts {
+        match self {
+            World::Grid(world) => world.start_distribution(),
+            World::Listed(world, _) => world.start_distribution(),
+        }
     }
 
     /// After how many steps an episode is cut off.
@@ -307,16 +328,17 @@ impl World {
     /// Σ 1 / (V* − Q*) with this discount, or in words why there is no number; see
     /// [`TabularMdp::sum_of_inverse_gaps`](crate::env::TabularMdp::sum_of_inverse_gaps).
     pub fn sum_of_inverse_gaps(&self, gamma: f64) -> Result<f64, String> {
-        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts, gamma))
+        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts.places(), gamma))
     }
 
     fn measure(
         &self,
-        measure: impl Fn(&TabularMdp, &[usize]) -> Result<f64, Unmeasured>,
+        measure: impl Fn(&TabularMdp, &Starts) -> Result<f64, Unmeasured>,
     ) -> Result<f64, String> {
+        let starts = self.start_distribution();
         let measured = match self {
-            World::Grid(world) => measure(&world.to_mdp(), &world.start_states()),
-            World::Listed(world, _) => measure(world.mdp(), &world.start_states()),
+            World::Grid(world) => measure(&world.to_mdp(), &starts),
+            World::Listed(world, _) => measure(world.mdp(), &starts),
         };
         measured.map_err(|why| why.message(|state| self.state_name(state)))
     }
@@ -341,7 +363,7 @@ impl World {
                 return Vec::new();
             }
             let mdp = world.to_mdp();
-            mdp.cautions(&world.start_states(), world.max_steps())
+            mdp.cautions(&world.start_distribution(), world.max_steps())
         }
         let cautions = match self {
             World::Grid(world) => of(world),

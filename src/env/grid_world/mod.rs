@@ -15,13 +15,14 @@ mod params;
 mod rewards;
 mod turns;
 
+pub(crate) use params::require_weight;
 pub use params::{GridWorldParams, validate};
 pub use rewards::RewardScheme;
 pub(crate) use rewards::require_finite;
 
 use super::clock::EpisodeClock;
 use super::layouts::{Cell, Direction, GoalCell, Layout, Tile};
-use super::{Action, EnvError, Environment, Step, draw_start};
+use super::{Action, EnvError, Environment, Starts, Step};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -43,8 +44,7 @@ pub struct GridWorld {
     ranks: Vec<u32>,
     /// Reward on entering each goal, in the order of `layout.goals`.
     goal_rewards: Vec<f64>,
-    /// Where an episode may begin.
-    starts: Vec<Cell>,
+    starts: Starts<Cell>,
     rng: ChaCha8Rng,
     cell: Cell,
 }
@@ -63,7 +63,7 @@ impl GridWorld {
             offsets: [cols.wrapping_neg(), 1, cols, 1_u32.wrapping_neg()],
             ranks: ranks(&layout),
             goal_rewards: Vec::new(),
-            starts: Vec::new(),
+            starts: Starts::equally_likely(Vec::new()),
             rng,
             cell: Cell(0),
             layout,
@@ -108,9 +108,9 @@ impl GridWorld {
         self.clock.max_steps()
     }
 
-    /// Where an episode may begin, each equally likely.
+    /// Where an episode may begin.
     pub fn starts(&self) -> &[Cell] {
-        &self.starts
+        self.starts.places()
     }
 
     /// Fills in what depends on the goals.
@@ -125,12 +125,16 @@ impl GridWorld {
             .map(|goal| rewards.step() + bonus(goal))
             .collect();
         self.starts = match self.layout.start {
-            Some(start) if !self.params.random_start => vec![start],
+            Some(start) if !self.params.random_start => Starts::equally_likely(vec![start]),
+            None if !self.params.random_start => {
+                let drawn = self.layout.drawn_starts.iter();
+                Starts::weighted(drawn.map(|start| (start.cell, start.weight)))
+            }
             _ => {
                 let distances = self.layout.distances_to_goals();
                 let leads_to_goal =
                     |cell: &Cell| distances[cell.index()].is_some_and(|moves| moves > 0);
-                self.layout.free_cells().filter(leads_to_goal).collect()
+                Starts::equally_likely(self.layout.free_cells().filter(leads_to_goal).collect())
             }
         };
     }
@@ -178,7 +182,7 @@ impl Environment for GridWorld {
 
     fn reset(&mut self) -> Cell {
         self.clock.begin();
-        self.cell = draw_start(&self.starts, &mut self.rng);
+        self.cell = self.starts.draw(&mut self.rng);
         self.cell
     }
 

@@ -3,7 +3,7 @@
 use super::GridWorld;
 use crate::env::layouts::{Cell, Tile};
 use crate::env::tabular::{Outcome, TabularMdp};
-use crate::env::{Action, Model};
+use crate::env::{Action, Model, Starts};
 
 impl GridWorld {
     /// The cells in the order of their numbers in [`to_mdp`](Model::to_mdp).
@@ -52,11 +52,8 @@ impl Model for GridWorld {
         self.ranks[state.index()] as usize
     }
 
-    fn start_states(&self) -> Vec<usize> {
-        self.starts
-            .iter()
-            .map(|start| self.mdp_index(start))
-            .collect()
+    fn start_distribution(&self) -> Starts {
+        self.starts.map(|start| self.mdp_index(start))
     }
 
     fn max_steps(&self) -> usize {

@@ -42,11 +42,10 @@ impl GridWorld {
         }
         let mdp = self.turning_mdp();
         let max_steps = self.params.resolved_max_steps(mdp.num_states());
-        let starts = self.starts.iter();
-        let starts: Vec<usize> = starts
-            .map(|start| turned(self.ranks[start.index()], EAST) as usize)
-            .collect();
-        TabularEnvironment::new(mdp, &starts, max_steps, self.rng.clone())
+        let starts = self
+            .starts
+            .map(|start| turned(self.ranks[start.index()], EAST) as usize);
+        TabularEnvironment::new(mdp, starts, max_steps, self.rng.clone())
     }
 
     /// Names of the states of [`turning`](Self::turning), in the order of their numbers: `row,column,heading`.

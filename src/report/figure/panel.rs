@@ -92,7 +92,7 @@ impl Drawing {
         for cell in places.iter().flatten().copied() {
             let (x, y) = centre(cell);
             let class = match cell {
-                cell if layout.start == Some(cell) => "start",
+                cell if layout.is_start(cell) => "start",
                 cell if layout.goals.iter().any(|goal| goal.cell == cell) => "goal",
                 _ => "state",
             };
