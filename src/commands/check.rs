@@ -9,7 +9,7 @@ use eigentrail::agent::AgentKind;
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
-use eigentrail::scenario::{ArmParams, Loaded, Scenario, World, Worlds};
+use eigentrail::scenario::{Actions, ArmParams, Loaded, Scenario, World, Worlds};
 use eigentrail::telemetry::say;
 use serde::Serialize;
 
@@ -265,6 +265,9 @@ fn describe(scenario: &Scenario, world: &World) -> String {
                 layout.rows(),
                 layout.cols()
             )
+        }
+        World::Listed(..) if scenario.env.actions == Some(Actions::Turns) => {
+            format!("{}, with turns", scenario.env.kind.name())
         }
         World::Listed(..) => scenario.env.kind.name().to_owned(),
     }

@@ -116,6 +116,9 @@ fn facts(world: &World) -> String {
     };
     let starts = match world {
         World::Grid(map) if map.params().random_start => "random start, ".to_owned(),
+        World::Grid(map) if map.starts().len() > 1 => {
+            format!("one of {} starts, ", map.starts().len())
+        }
         _ => String::new(),
     };
     let best = match world.optimal_gain() {

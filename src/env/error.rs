@@ -139,6 +139,26 @@ pub enum EnvError {
         /// The cell or the state's name.
         place: String,
     },
+    /// One of several starts stands twice.
+    #[error("the start {place} is given twice: keep one, with a larger weight")]
+    DuplicateStart {
+        /// The cell or the state's name.
+        place: String,
+    },
+    /// A weight that is no share of anything.
+    #[error("the start {place} has weight {weight}: a weight is a finite number above 0")]
+    StartWeight {
+        /// The cell or the state's name.
+        place: String,
+        /// What was given.
+        weight: f64,
+    },
+    /// One of several starts has no way to any goal.
+    #[error("no goal can be reached from the start {place}: open a way, or leave it out")]
+    StartLeadsNowhere {
+        /// The cell or the state's name.
+        place: String,
+    },
     /// No way from the start to this goal.
     #[error(
         "the goal {goal} cannot be reached from {start}: open a way, or move one of them \

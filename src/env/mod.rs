@@ -22,21 +22,21 @@ pub mod edge_list;
 mod error;
 pub mod grid_world;
 pub mod layouts;
+mod starts;
 pub mod tabular;
 
 pub use boards::{Board, Fall};
-pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
+pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams, EdgeListStart};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
 pub use layouts::{
-    Cell, Direction, Doors, GoalCell, HazardCell, Landmark, Layout, Placement, Tile,
+    Cell, Direction, Doors, GoalCell, HazardCell, Landmark, Layout, Placement, StartCell, Tile,
 };
+pub use starts::Starts;
 pub use tabular::{
     Caution, MdpState, NoGain, Optimum, Outcome, TabularEnvironment, TabularMdp, Unmeasured,
 };
 
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::hash::Hash;
@@ -120,9 +120,14 @@ pub trait Model: Environment {
     /// If `state` is not one of this world's states.
     fn mdp_index(&self, state: &Self::State) -> usize;
 
-    /// Where an episode may begin, as numbers in [`to_mdp`](Self::to_mdp), each equally likely; never empty. Of a continuing
+    /// Where an episode may begin, as numbers in [`to_mdp`](Self::to_mdp), with the chance of each; never empty. Of a continuing
     /// task, where its one life begins.
-    fn start_states(&self) -> Vec<usize>;
+    fn start_distribution(&self) -> Starts;
+
+    /// The places of [`start_distribution`](Self::start_distribution).
+    fn start_states(&self) -> Vec<usize> {
+        self.start_distribution().places().to_vec()
+    }
 
     /// After how many steps an episode is truncated; at least 1.
     fn max_steps(&self) -> usize;
@@ -130,20 +135,12 @@ pub trait Model: Environment {
     /// What the best policy earns in an episode and how long it takes; see [`TabularMdp::optimum`] for the cost.
     fn optimum(&self) -> Optimum {
         self.to_mdp()
-            .optimum(&self.start_states(), self.max_steps())
+            .optimum(&self.start_distribution(), self.max_steps())
     }
 
     /// Of a continuing task, whose resets break nothing off, what the best policy earns a step; `None` where episodes
     /// begin anew.
     fn optimal_gain(&self) -> Option<f64> {
         None
-    }
-}
-
-/// One of `starts`, each equally likely. A single one takes no random number.
-fn draw_start<S: Copy>(starts: &[S], rng: &mut ChaCha8Rng) -> S {
-    match starts {
-        [only] => *only,
-        several => several[rng.random_range(0..several.len())],
     }
 }

@@ -230,7 +230,7 @@ fn draw(
 
 /// The character of a start, a goal or a hazard.
 fn mark(layout: &Layout, cell: Cell) -> Option<char> {
-    if layout.start == Some(cell) {
+    if layout.is_start(cell) {
         return Some('S');
     }
     if layout.is_hazard(cell) {

@@ -27,7 +27,7 @@ impl GreedyReturns {
     pub(super) fn of<E: Model, A: Agent>(engine: &Engine<E, A>) -> Self {
         let world = engine.env();
         let mdp = world.to_mdp();
-        let (starts, max_steps) = (world.start_states(), world.max_steps());
+        let (starts, max_steps) = (world.start_distribution(), world.max_steps());
         let earned = |policy: Vec<Action>| match world.optimal_gain() {
             None => mdp.policy_return(&starts, max_steps, &policy),
             Some(_) => {

@@ -3,6 +3,7 @@
 use super::error::BrokenRule;
 use super::goals::{GoalSpec, Goals, HazardSpec};
 use super::place::{MaxSteps, MoveAfter, Place};
+use super::start::Start;
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
 use crate::env::layouts::Doors;
@@ -84,12 +85,12 @@ impl EnvKind {
     /// The keys that mean something for some kinds only.
     fn own_keys(self) -> &'static [&'static str] {
         match self {
-            EnvKind::Open => &["rows", "cols"],
-            EnvKind::Rooms => &["rows", "cols", "room", "doors", "seed"],
-            EnvKind::Linked => &["rows", "cols", "room", "corridor"],
-            EnvKind::Maze => &["rows", "cols", "loops", "seed"],
-            EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed"],
-            EnvKind::Ascii => &["map", "rewards"],
+            EnvKind::Open => &["rows", "cols", "actions"],
+            EnvKind::Rooms => &["rows", "cols", "room", "doors", "seed", "actions"],
+            EnvKind::Linked => &["rows", "cols", "room", "corridor", "actions"],
+            EnvKind::Maze => &["rows", "cols", "loops", "seed", "actions"],
+            EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed", "actions"],
+            EnvKind::Ascii => &["map", "rewards", "actions"],
             EnvKind::EdgeList => &["file"],
             EnvKind::DeepSea => &["size", "stochastic", "seed"],
             EnvKind::RiverSwim | EnvKind::FrozenLake => &["size"],
@@ -114,6 +115,17 @@ impl EnvKind {
     fn is_map(self) -> bool {
         self != EnvKind::EdgeList && !self.is_board()
     }
+}
+
+/// What a walker on a map does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Actions {
+    /// Up, right, down, left.
+    #[default]
+    Moves,
+    /// Turn left, turn right, forward.
+    Turns,
 }
 
 /// Which of the two lists of goals.
@@ -206,10 +218,16 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = "world.csv")]
     pub file: Option<PathBuf>,
-    /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
-    /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file).
+    /// Maps: what a walker does. "moves" (the default): up, right, down, left, its states are cells. "turns": turn left, turn
+    /// right, forward, its states are cells with a heading, named "row,column,heading"; it begins heading east, and a goal
+    /// is one whatever the heading. Pages and `show` then list states by name, and draw no map.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<Place>,
+    pub actions: Option<Actions>,
+    /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
+    /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file). Or one of
+    /// several places, drawn for each episode: [{ at = PLACE, weight = NUMBER }, ...], as often as their weights (1) say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
     /// Where episodes end: places as for `start`, and "farthest" (from the start); the default is "bottom-right",
     /// for ascii what the map says. On maps also "random": one goal, which each seed of the run puts at a place of its
     /// own, each that can be reached equally likely.
@@ -230,7 +248,7 @@ pub struct EnvParams {
     /// "step-cost": −1 a step (eq. 2 of the paper); "goal-bonus": −1 a step and 99 at the goal (eq. 1); or
     /// { step = NUMBER, goal = NUMBER }, the second one on top of the first. edge-list: for lines without a reward.
     pub reward: RewardScheme,
-    /// Probability that a move goes to one of its two sides instead.
+    /// Probability that a move goes to one of its two sides instead, the heading staying what it was; turns never fail.
     pub slip: f64,
     /// edge-list without goals, and boards without ends (river-swim): nothing is reset when the clock runs out, an "episode" is a
     /// window of `max_steps` steps of one unbroken life, and what is best is the most that can be earned a step for ever.
@@ -293,11 +311,12 @@ impl EnvParams {
                 "size" => fill(&mut self.size, size),
                 "stochastic" => fill(&mut self.stochastic, false),
                 "fall" => fill(&mut self.fall, Fall::default()),
+                "actions" => fill(&mut self.actions, Actions::default()),
                 _ => {} // map, rewards and file have no default
             }
         }
         if self.kind.is_map() && self.kind != EnvKind::Ascii {
-            fill(&mut self.start, Place::from("top-left"));
+            fill(&mut self.start, Start::At(Place::from("top-left")));
             let goal = GoalSpec {
                 at: Place::from("bottom-right"),
                 reward: None,
@@ -327,6 +346,7 @@ impl EnvParams {
             ("size", self.size.is_some()),
             ("stochastic", self.stochastic.is_some()),
             ("fall", self.fall.is_some()),
+            ("actions", self.actions.is_some()),
         ];
         let own = self.kind.own_keys();
         let stray = given
@@ -340,6 +360,9 @@ impl EnvParams {
         }
         if self.continuing {
             self.require_no_goals()?;
+        }
+        if let Some(start) = &self.start {
+            start.validate()?;
         }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(

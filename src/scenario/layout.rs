@@ -3,6 +3,7 @@
 use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::{BrokenRule, nearest};
 use super::place::Place;
+use super::start::Start;
 use crate::env::EnvError;
 use crate::env::grid_world::GridWorldParams;
 use crate::env::layouts::{Landmark, Layout, Placement};
@@ -23,7 +24,7 @@ impl EnvParams {
 
     /// Whether `start = "random"`.
     pub(crate) fn starts_anywhere(&self) -> bool {
-        self.start == Some(Place::from("random"))
+        self.start == Some(Start::At(Place::from("random")))
     }
 
     /// The map with its start and these goals, which `seed` draws if they are drawn. Call it on parameters with their
@@ -33,13 +34,23 @@ impl EnvParams {
     /// What the map's constructors find wrong, with the key to blame.
     pub(super) fn layout(&self, goals: GoalList, seed: u64) -> Result<Layout, BrokenRule> {
         let mut layout = self.bare_layout().map_err(|e| self.blame(e, goals))?;
-        if let Some(start) = &self.start
-            && !self.starts_anywhere()
-        {
-            let at = placement("env.start", start)?;
-            layout = layout
-                .with_start(at)
-                .map_err(|e| place_rule("env.start", &e))?;
+        match &self.start {
+            Some(Start::At(place)) if !self.starts_anywhere() => {
+                let at = placement("env.start", place)?;
+                layout = layout
+                    .with_start(at)
+                    .map_err(|e| place_rule("env.start", &e))?;
+            }
+            Some(Start::Drawn(starts)) => {
+                for (i, start) in starts.iter().enumerate() {
+                    let key = format!("env.start[{i}].at");
+                    let at = placement(&key, &start.at)?;
+                    layout = layout
+                        .with_drawn_start(at, start.weight)
+                        .map_err(|e| place_rule(&key, &e))?;
+                }
+            }
+            _ => {}
         }
         for (i, hazard) in self.hazards.iter().flatten().enumerate() {
             let key = format!("env.hazards[{i}].at");
@@ -129,9 +140,12 @@ impl EnvParams {
             EnvError::MisplacedHazard { hazard, .. } => format!("env.hazards[{hazard}].at"),
             EnvError::NoPlaceForGoal => goals.key().to_owned(),
             EnvError::StartIsGoal { .. } if goals == GoalList::Moved => goals.key().to_owned(),
-            EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {
-                self.or_map("env.start", self.start.is_some())
-            }
+            EnvError::NoStart
+            | EnvError::StartInWall { .. }
+            | EnvError::StartIsGoal { .. }
+            | EnvError::DuplicateStart { .. }
+            | EnvError::StartWeight { .. }
+            | EnvError::StartLeadsNowhere { .. } => self.or_map("env.start", self.start.is_some()),
             EnvError::EmptyMap | EnvError::MapTooLarge { .. } if self.kind != EnvKind::Ascii => {
                 "env.rows".to_owned()
             }

@@ -35,11 +35,14 @@ struct Columns {
     value: usize,
 }
 
+/// The number of the state in a place, or in words why there is none.
+type FindState<'w> = Box<dyn Fn(&[&str]) -> Result<usize, String> + 'w>;
+
 /// What a line may say of a state, and which number that is in the MDP.
 struct States<'w> {
     count: usize,
     columns: &'static [&'static str],
-    find: Box<dyn Fn(&[&str]) -> Result<usize, String> + 'w>,
+    find: FindState<'w>,
 }
 
 impl PotentialFile {

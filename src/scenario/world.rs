@@ -1,14 +1,15 @@
 //! From the section `[env]` to a world one can act in.
 
 use super::Scenario;
-use super::env::{EnvKind, EnvParams, GoalList};
+use super::env::{Actions, EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
 use super::layout::goal_stream;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
+use super::start::Start;
 use crate::env::{
-    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum,
-    TabularEnvironment, TabularMdp, Unmeasured, boards,
+    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, EdgeListStart, GridWorld, Model,
+    Optimum, Starts, TabularEnvironment, TabularMdp, Unmeasured, boards,
 };
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -18,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum World {
     /// A map.
     Grid(GridWorld),
-    /// An edge list or a board of the field, with the names of its states by their numbers.
+    /// An edge list, a board of the field, or a map for a walker that turns, with the names of its states by their numbers.
     Listed(TabularEnvironment, Vec<String>),
 }
 
@@ -140,8 +141,15 @@ impl EnvParams {
             }
             (None, None) => {
                 let layout = self.layout(goals, seed)?;
-                let world = GridWorld::new(layout, self.grid_world_params(), rng);
-                World::Grid(world.map_err(|e| self.blame(e, goals))?)
+                let map = GridWorld::new(layout, self.grid_world_params(), rng);
+                let map = map.map_err(|e| self.blame(e, goals))?;
+                match self.actions.unwrap_or_default() {
+                    Actions::Moves => World::Grid(map),
+                    Actions::Turns => {
+                        let world = map.turning().map_err(|e| self.blame(e, goals))?;
+                        World::Listed(world, map.turning_names())
+                    }
+                }
             }
         };
         let extent = Extent {
@@ -204,12 +212,22 @@ impl EnvParams {
         first: &str,
         which: GoalList,
     ) -> Result<EdgeListParams, BrokenRule> {
+        let mut drawn_starts = Vec::new();
         let start = match &self.start {
             None => Some(first.to_owned()),
-            Some(place) => match state_name("env.start", place, list) {
+            Some(Start::At(place)) => match state_name("env.start", place, list) {
                 Err(_) if self.starts_anywhere() => None,
                 named => Some(named?),
             },
+            Some(Start::Drawn(starts)) => {
+                for (i, start) in starts.iter().enumerate() {
+                    drawn_starts.push(EdgeListStart {
+                        at: state_name(&format!("env.start[{i}].at"), &start.at, list)?,
+                        weight: start.weight,
+                    });
+                }
+                None
+            }
         };
         let goals = which.of(self).into_iter().flatten().enumerate();
         let goals = goals.map(|(i, goal)| {
@@ -220,6 +238,7 @@ impl EnvParams {
         });
         Ok(EdgeListParams {
             start,
+            drawn_starts,
             goals: goals.collect::<Result<_, BrokenRule>>()?,
             continuing: self.continuing,
             rewards: self.reward,
@@ -273,12 +292,21 @@ impl World {
 
     /// States there are, and states that can be reached from where episodes begin. O(states × actions).
     pub fn num_states(&self) -> (usize, usize) {
-        let (mdp, starts) = match self {
-            World::Grid(world) => (world.to_mdp(), world.start_states()),
-            World::Listed(world, _) => (world.to_mdp(), world.start_states()),
+        let starts = self.start_distribution();
+        let mdp = match self {
+            World::Grid(world) => world.to_mdp(),
+            World::Listed(world, _) => world.to_mdp(),
         };
-        let reached = mdp.reachable_from(&starts);
+        let reached = mdp.reachable_from(starts.places());
         (mdp.num_states(), reached.iter().filter(|&&r| r).count())
+    }
+
+    /// Where episodes may begin, by the numbers of the states, with the chance of each.
+    pub fn start_distribution(&self) -> Starts {
+        match self {
+            World::Grid(world) => world.start_distribution(),
+            World::Listed(world, _) => world.start_distribution(),
+        }
     }
 
     /// After how many steps an episode is cut off.
@@ -314,16 +342,17 @@ impl World {
     /// Σ 1 / (V* − Q*) with this discount, or in words why there is no number; see
     /// [`TabularMdp::sum_of_inverse_gaps`](crate::env::TabularMdp::sum_of_inverse_gaps).
     pub fn sum_of_inverse_gaps(&self, gamma: f64) -> Result<f64, String> {
-        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts, gamma))
+        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts.places(), gamma))
     }
 
     fn measure(
         &self,
-        measure: impl Fn(&TabularMdp, &[usize]) -> Result<f64, Unmeasured>,
+        measure: impl Fn(&TabularMdp, &Starts) -> Result<f64, Unmeasured>,
     ) -> Result<f64, String> {
+        let starts = self.start_distribution();
         let measured = match self {
-            World::Grid(world) => measure(&world.to_mdp(), &world.start_states()),
-            World::Listed(world, _) => measure(world.mdp(), &world.start_states()),
+            World::Grid(world) => measure(&world.to_mdp(), &starts),
+            World::Listed(world, _) => measure(world.mdp(), &starts),
         };
         measured.map_err(|why| why.message(|state| self.state_name(state)))
     }
@@ -348,7 +377,7 @@ impl World {
                 return Vec::new();
             }
             let mdp = world.to_mdp();
-            mdp.cautions(&world.start_states(), world.max_steps())
+            mdp.cautions(&world.start_distribution(), world.max_steps())
         }
         let cautions = match self {
             World::Grid(world) => of(world),

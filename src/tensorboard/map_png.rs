@@ -57,7 +57,7 @@ fn palette_index(layout: &Layout, value: impl Fn(Cell) -> Option<f64>) -> impl F
     move |cell| {
         if layout.tile(cell) == Tile::Wall {
             WALL
-        } else if layout.start == Some(cell) {
+        } else if layout.is_start(cell) {
             START
         } else if layout.goals.iter().any(|goal| goal.cell == cell) {
             GOAL

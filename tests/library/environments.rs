@@ -510,7 +510,7 @@ fn distances_by_relaxation(layout: &Layout, from: Cell) -> Vec<Option<u32>> {
 }
 
 /// Any map of any tiles, with a start and goals on free cells.
-fn any_map() -> impl Strategy<Value = Layout> {
+pub(crate) fn any_map() -> impl Strategy<Value = Layout> {
     let tiles = prop::sample::select(vec!['#', '.', '.', '.', '^', 'v', '<', '>', 'G', '1']);
     let lines = (1..7_usize, 1..7_usize).prop_flat_map(move |(rows, cols)| {
         prop::collection::vec(prop::collection::vec(tiles.clone(), cols), rows)

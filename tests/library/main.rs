@@ -19,4 +19,6 @@ mod scenarios;
 mod shaping_invariance;
 mod spectrum_growth;
 mod spectrum_oracle;
+mod starts;
+mod turns;
 mod walkers;

@@ -1,6 +1,6 @@
 //! The scenarios that come with the program: each is what it claims to be.
 
-use eigentrail::scenario::{Scenario, Shipped, report_scenarios, shipped};
+use eigentrail::scenario::{Scenario, Shipped, World, report_scenarios, shipped};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -195,6 +195,39 @@ fn accepts(root: &Value, schema: &Value, value: &Value) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+#[test]
+fn any_map_can_be_walked_by_turns_and_nothing_else_can() {
+    let parse = |text: &str| Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+    // 3 × 4 cells: five moves, and a turn between them.
+    for (map, names, steps) in [
+        ("kind = \"open\"\nrows = 3\ncols = 4", 48, 6.0),
+        ("kind = \"ascii\"\nmap = \"G.S\"", 12, 4.0),
+    ] {
+        let text = format!("[env]\nactions = \"turns\"\n{map}");
+        let loaded = parse(&text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        let world = loaded.worlds.first();
+        let World::Listed(_, listed) = world else {
+            panic!("{text}: a map")
+        };
+        assert_eq!((listed.len(), world.num_actions()), (names, 3));
+        assert_eq!(listed[..2], ["0,0,east", "0,0,south"]);
+        assert_eq!(world.optimum().expected_steps, steps);
+        assert_eq!(world.max_steps(), 10 * names);
+    }
+    let moves = parse("[env]\nactions = \"moves\"").unwrap();
+    assert_eq!(
+        moves.scenario.env,
+        parse("").unwrap().scenario.env,
+        "moves are the default"
+    );
+    for kind in ["taxi", "edge-list"] {
+        let error = parse(&format!("[env]\nkind = \"{kind}\"\nactions = \"turns\"")).unwrap_err();
+        let told =
+            format!("env.actions means nothing for kind = \"{kind}\": it belongs to \"open\"");
+        assert!(error.to_string().contains(&told), "{error}");
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The kit must catch what it is for: a correct corridor, and the same corridor with one fault at a time.
 
 use super::*;
-use crate::env::{Action, Model, Outcome, Step, StepStatus, TabularMdp};
+use crate::env::{Action, Model, Outcome, Starts, Step, StepStatus, TabularMdp};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -152,8 +152,8 @@ impl Model for Corridor {
         *state
     }
 
-    fn start_states(&self) -> Vec<usize> {
-        vec![0]
+    fn start_distribution(&self) -> Starts {
+        Starts::from(&[0])
     }
 
     fn max_steps(&self) -> usize {

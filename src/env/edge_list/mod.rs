@@ -20,9 +20,9 @@ mod parse;
 mod quotes;
 
 use super::error::nearest;
-use super::grid_world::{RewardScheme, require_finite};
+use super::grid_world::{RewardScheme, require_finite, require_weight};
 use super::tabular::{Outcome, TabularEnvironment, TabularMdp};
-use super::{Action, EnvError};
+use super::{Action, EnvError, Starts};
 use indexmap::IndexSet;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -40,12 +40,24 @@ pub struct EdgeListGoal {
     pub reward: Option<f64>,
 }
 
+/// One of several starts, by the name of its state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeListStart {
+    /// Name of the state.
+    pub at: String,
+    /// How often episodes begin there, beside the weights of the others; finite and above 0.
+    pub weight: f64,
+}
+
 /// Parameters that make a world of an [`EdgeList`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeListParams {
     /// Name of the start; `None`: anywhere from where a goal can be reached, or anywhere at all if `continuing`.
     pub start: Option<String>,
+    /// Without `start`: states of which one is drawn for each episode; none for those of `None` above.
+    pub drawn_starts: Vec<EdgeListStart>,
     /// Where episodes end; none if `continuing`.
     pub goals: Vec<EdgeListGoal>,
     /// Whether nothing ever ends or begins anew; see [`TabularEnvironment::continuing`].
@@ -133,7 +145,7 @@ impl EdgeList {
         let max_steps = params
             .max_steps
             .unwrap_or_else(|| self.states.len().saturating_mul(10));
-        let world = TabularEnvironment::new(mdp, &starts, max_steps, rng)?;
+        let world = TabularEnvironment::new(mdp, starts, max_steps, rng)?;
         match params.continuing {
             true => world.continuing(|state| self.states[state].clone()),
             false => Ok(world),
@@ -240,7 +252,7 @@ impl EdgeList {
         params: &EdgeListParams,
         goals: &[usize],
         mdp: &TabularMdp,
-    ) -> Result<Vec<usize>, EnvError> {
+    ) -> Result<Starts, EnvError> {
         let starts = match &params.start {
             Some(name) => {
                 let start = self.state(name)?;
@@ -249,17 +261,18 @@ impl EdgeList {
                         place: format!("{name:?}"),
                     });
                 }
-                vec![start]
+                Starts::from(&[start])
             }
-            None if params.continuing => (0..mdp.num_states()).collect(),
+            None if !params.drawn_starts.is_empty() => self.drawn_starts(params, goals, mdp)?,
+            None if params.continuing => Starts::equally_likely((0..mdp.num_states()).collect()),
             None => {
                 let distances = mdp.distances_to_terminal();
                 let leads_to_goal =
                     |&state: &usize| distances[state].is_some_and(|transitions| transitions > 0);
-                (0..mdp.num_states()).filter(leads_to_goal).collect()
+                Starts::equally_likely((0..mdp.num_states()).filter(leads_to_goal).collect())
             }
         };
-        let reached = mdp.reachable_from(&starts);
+        let reached = mdp.reachable_from(starts.places());
         let unreached = params
             .goals
             .iter()
@@ -275,6 +288,34 @@ impl EdgeList {
                     .map_or("any start".to_owned(), |name| format!("the start {name:?}")),
             }),
         }
+    }
+}
+
+impl EdgeList {
+    /// The starts that are listed. Each must lead to a goal, if there are any.
+    fn drawn_starts(
+        &self,
+        params: &EdgeListParams,
+        goals: &[usize],
+        mdp: &TabularMdp,
+    ) -> Result<Starts, EnvError> {
+        let distances = mdp.distances_to_terminal();
+        let mut drawn: Vec<(usize, f64)> = Vec::with_capacity(params.drawn_starts.len());
+        for start in &params.drawn_starts {
+            let (state, place) = (self.state(&start.at)?, format!("{:?}", start.at));
+            require_weight(&place, start.weight)?;
+            if goals.contains(&state) {
+                return Err(EnvError::StartIsGoal { place });
+            }
+            if drawn.iter().any(|(earlier, _)| *earlier == state) {
+                return Err(EnvError::DuplicateStart { place });
+            }
+            if distances[state].is_none() && !params.continuing {
+                return Err(EnvError::StartLeadsNowhere { place });
+            }
+            drawn.push((state, start.weight));
+        }
+        Ok(Starts::weighted(drawn))
     }
 }
 

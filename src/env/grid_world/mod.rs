@@ -7,18 +7,22 @@
 //! A step costs one byte of memory traffic and no division, branch-free but for slips and ends: per cell a mask of the
 //! moves that lead out of it, and a bit that says whether it is an end. Without slip a step draws no random number; with a
 //! fixed start neither does a reset.
+//!
+//! [`GridWorld::turning`] makes of the same map a world of three actions for a walker with a heading.
 
 mod model;
 mod params;
 mod rewards;
+mod turns;
 
+pub(crate) use params::require_weight;
 pub use params::{GridWorldParams, validate};
 pub use rewards::RewardScheme;
 pub(crate) use rewards::require_finite;
 
 use super::clock::EpisodeClock;
 use super::layouts::{Cell, Direction, GoalCell, Layout, Tile};
-use super::{Action, EnvError, Environment, Step, draw_start};
+use super::{Action, EnvError, Environment, Starts, Step};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -41,7 +45,7 @@ pub struct GridWorld {
     /// Reward on entering each goal, in the order of `layout.goals`, and then each hazard.
     end_rewards: Vec<f64>,
     /// Where an episode may begin.
-    starts: Vec<Cell>,
+    starts: Starts<Cell>,
     rng: ChaCha8Rng,
     cell: Cell,
 }
@@ -60,7 +64,7 @@ impl GridWorld {
             offsets: [cols.wrapping_neg(), 1, cols, 1_u32.wrapping_neg()],
             ranks: ranks(&layout),
             end_rewards: Vec::new(),
-            starts: Vec::new(),
+            starts: Starts::equally_likely(Vec::new()),
             rng,
             cell: Cell(0),
             layout,
@@ -105,9 +109,9 @@ impl GridWorld {
         self.clock.max_steps()
     }
 
-    /// Where an episode may begin, each equally likely.
+    /// Where an episode may begin.
     pub fn starts(&self) -> &[Cell] {
-        &self.starts
+        self.starts.places()
     }
 
     /// Fills in what depends on the goals.
@@ -119,12 +123,16 @@ impl GridWorld {
         let bonuses = self.layout.goals.iter().map(bonus).chain(hazards);
         self.end_rewards = bonuses.map(|bonus| rewards.step() + bonus).collect();
         self.starts = match self.layout.start {
-            Some(start) if !self.params.random_start => vec![start],
+            Some(start) if !self.params.random_start => Starts::equally_likely(vec![start]),
+            None if !self.params.random_start => {
+                let drawn = self.layout.drawn_starts.iter();
+                Starts::weighted(drawn.map(|start| (start.cell, start.weight)))
+            }
             _ => {
                 let distances = self.layout.distances_to_goals();
                 let leads_to_goal =
                     |cell: &Cell| distances[cell.index()].is_some_and(|moves| moves > 0);
-                self.layout.free_cells().filter(leads_to_goal).collect()
+                Starts::equally_likely(self.layout.free_cells().filter(leads_to_goal).collect())
             }
         };
     }
@@ -149,9 +157,14 @@ impl GridWorld {
         Cell(from.0.wrapping_add(self.offsets[direction] * open))
     }
 
+    /// Whether episodes end there, in a goal or a hazard.
+    fn is_end(&self, cell: Cell) -> bool {
+        self.masks[cell.index()] & END != 0
+    }
+
     /// Reward of the step that enters `cell`.
     fn reward_on_entering(&self, cell: Cell) -> f64 {
-        if self.masks[cell.index()] & END == 0 {
+        if !self.is_end(cell) {
             return self.params.rewards.step();
         }
         let end = ends(&self.layout).position(|end| end == cell);
@@ -168,7 +181,7 @@ impl Environment for GridWorld {
 
     fn reset(&mut self) -> Cell {
         self.clock.begin();
-        self.cell = draw_start(&self.starts, &mut self.rng);
+        self.cell = self.starts.draw(&mut self.rng);
         self.cell
     }
 
@@ -177,7 +190,7 @@ impl Environment for GridWorld {
         assert!(action.index() < 4, "action {} of 4", action.0);
         let direction = self.slipped(action.index());
         self.cell = self.moved(self.cell, direction);
-        let status = self.clock.tick(self.masks[self.cell.index()] & END != 0);
+        let status = self.clock.tick(self.is_end(self.cell));
         Step {
             state: self.cell,
             reward: self.reward_on_entering(self.cell),

@@ -1,9 +1,9 @@
 //! The grid world as an MDP: its free cells, numbered in reading order.
 
-use super::{END, GridWorld};
+use super::GridWorld;
 use crate::env::layouts::{Cell, Tile};
 use crate::env::tabular::{Outcome, TabularMdp};
-use crate::env::{Action, Model};
+use crate::env::{Action, Model, Starts};
 
 impl GridWorld {
     /// The cells in the order of their numbers in [`to_mdp`](Model::to_mdp).
@@ -12,7 +12,7 @@ impl GridWorld {
     }
 
     /// The outcomes of `action` in `cell`, those that lead to the same cell joined.
-    fn outcomes(&self, cell: Cell, action: Action, outcomes: &mut Vec<Outcome>) {
+    pub(super) fn outcomes(&self, cell: Cell, action: Action, outcomes: &mut Vec<Outcome>) {
         let slip = self.params.slip;
         let chosen = action.index();
         for (direction, probability) in [
@@ -37,10 +37,7 @@ impl GridWorld {
 impl Model for GridWorld {
     fn to_mdp(&self) -> TabularMdp {
         let cells: Vec<_> = self.mdp_cells().collect();
-        let terminal = cells
-            .iter()
-            .map(|cell| self.masks[cell.index()] & END != 0)
-            .collect();
+        let terminal = cells.iter().map(|&cell| self.is_end(cell)).collect();
         TabularMdp::from_fn(4, terminal, |state, action, outcomes| {
             self.outcomes(cells[state], action, outcomes)
         })
@@ -55,11 +52,8 @@ impl Model for GridWorld {
         self.ranks[state.index()] as usize
     }
 
-    fn start_states(&self) -> Vec<usize> {
-        self.starts
-            .iter()
-            .map(|start| self.mdp_index(start))
-            .collect()
+    fn start_distribution(&self) -> Starts {
+        self.starts.map(|start| self.mdp_index(start))
     }
 
     fn max_steps(&self) -> usize {

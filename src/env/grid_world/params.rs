@@ -49,7 +49,10 @@ pub fn validate(layout: &Layout, params: &GridWorldParams) -> Result<(), EnvErro
     if params.random_start {
         return validate_random_starts(layout);
     }
-    validate_start(layout, layout.start.ok_or(EnvError::NoStart)?)
+    match layout.start {
+        Some(start) => validate_start(layout, start),
+        None => validate_drawn_starts(layout),
+    }
 }
 
 fn is_free(layout: &Layout, cell: Cell) -> bool {
@@ -109,26 +112,7 @@ fn validate_hazards(layout: &Layout, rewards: RewardScheme) -> Result<(), EnvErr
 }
 
 fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
-    let (row, col) = layout.position(start);
-    if !is_free(layout, start) {
-        return Err(EnvError::StartInWall { row, col });
-    }
-    if layout.goals.iter().any(|goal| goal.cell == start) {
-        return Err(EnvError::StartIsGoal {
-            place: layout.describe(start),
-        });
-    }
-    if let Some(i) = layout
-        .hazards
-        .iter()
-        .position(|hazard| hazard.cell == start)
-    {
-        return Err(EnvError::MisplacedHazard {
-            hazard: i,
-            place: layout.describe(start),
-            rule: "is the start, too: move one of them",
-        });
-    }
+    require_start(layout, start)?;
     let distances = layout.distances_from(start);
     match layout
         .goals
@@ -141,6 +125,74 @@ fn validate_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
             start: format!("the start {}", layout.describe(start)),
         }),
     }
+}
+
+fn require_start(layout: &Layout, start: Cell) -> Result<(), EnvError> {
+    let (row, col) = layout.position(start);
+    if !is_free(layout, start) {
+        return Err(EnvError::StartInWall { row, col });
+    }
+    if layout.goals.iter().any(|goal| goal.cell == start) {
+        return Err(EnvError::StartIsGoal {
+            place: layout.describe(start),
+        });
+    }
+    let mut hazards = layout.hazards.iter();
+    match hazards.position(|hazard| hazard.cell == start) {
+        None => Ok(()),
+        Some(hazard) => Err(EnvError::MisplacedHazard {
+            hazard,
+            place: layout.describe(start),
+            rule: "is the start, too: move one of them",
+        }),
+    }
+}
+
+/// Each start must lead to some goal, and each goal must be led to by some start.
+fn validate_drawn_starts(layout: &Layout) -> Result<(), EnvError> {
+    let starts = &layout.drawn_starts;
+    if starts.is_empty() {
+        return Err(EnvError::NoStart);
+    }
+    let mut reached = vec![false; layout.goals.len()];
+    for (i, start) in starts.iter().enumerate() {
+        require_start(layout, start.cell)?;
+        let place = layout.describe(start.cell);
+        if starts[..i].iter().any(|earlier| earlier.cell == start.cell) {
+            return Err(EnvError::DuplicateStart { place });
+        }
+        require_weight(&place, start.weight)?;
+        let distances = layout.distances_from(start.cell);
+        let leads = layout
+            .goals
+            .iter()
+            .map(|goal| distances[goal.cell.index()].is_some());
+        let leads: Vec<bool> = leads.collect();
+        if !leads.contains(&true) {
+            return Err(EnvError::StartLeadsNowhere { place });
+        }
+        for (reached, leads) in reached.iter_mut().zip(leads) {
+            *reached |= leads;
+        }
+    }
+    match reached.iter().position(|reached| !reached) {
+        None => Ok(()),
+        Some(goal) => Err(EnvError::GoalUnreachable {
+            goal: layout.describe(layout.goals[goal].cell),
+            start: "any start".to_owned(),
+        }),
+    }
+}
+
+/// Refuses weights of starts that are no finite number above 0.
+pub(crate) fn require_weight(place: &str, weight: f64) -> Result<(), EnvError> {
+    if weight.is_finite() && weight > 0.0 {
+        return Ok(());
+    }
+    Err(EnvError::StartWeight {
+        place: place.to_owned(),
+        weight,
+    })
 }
 
 /// Each goal must be entered from some cell that is no end; that cell can then be a start.

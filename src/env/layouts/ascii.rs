@@ -104,7 +104,7 @@ impl Layout {
     /// # Panics
     /// If `cell` is not on the map.
     pub fn character(&self, cell: Cell) -> char {
-        if self.start == Some(cell) {
+        if self.is_start(cell) {
             return 'S';
         }
         if let Some(goal) = self.goals.iter().find(|goal| goal.cell == cell) {

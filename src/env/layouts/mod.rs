@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 
 /// The most cells a map may have: a hundred times the largest world that runs in reasonable memory, so that a slip of
 /// the pen is an error and not the end of the memory.
-const MAX_CELLS: usize = 100_000_000;
+pub(super) const MAX_CELLS: usize = 100_000_000;
 
 /// A cell of a map, and the state of a [`GridWorld`](super::GridWorld): `row · cols + col`.
 ///
@@ -127,7 +127,16 @@ pub struct HazardCell {
     pub reward: f64,
 }
 
-/// A map with its start, goals and hazards.
+/// One of several places where episodes begin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartCell {
+    /// Where it is.
+    pub cell: Cell,
+    /// How often episodes begin there, beside the weights of the others; finite and above 0.
+    pub weight: f64,
+}
+
+/// A map with its starts, goals and hazards.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     rows: usize,
@@ -136,6 +145,8 @@ pub struct Layout {
     tiles: Vec<Tile>,
     /// The fixed start, if there is one.
     pub start: Option<Cell>,
+    /// Places of which one is drawn for each episode, where there is no fixed start.
+    pub drawn_starts: Vec<StartCell>,
     /// Where episodes end, in the order given.
     pub goals: Vec<GoalCell>,
     /// Where they end without a goal, in the order given.
@@ -163,6 +174,7 @@ impl Layout {
             cols,
             tiles: vec![tile; cells],
             start: None,
+            drawn_starts: Vec::new(),
             goals: Vec::new(),
             hazards: Vec::new(),
         })
@@ -244,8 +256,29 @@ impl Layout {
     pub fn with_start(mut self, at: impl Into<Placement>) -> Result<Self, EnvError> {
         // A new start is not looked for relative to the old one.
         self.start = None;
+        self.drawn_starts.clear();
         self.start = Some(self.locate(at.into())?);
         Ok(self)
+    }
+
+    /// The same map with one place more where episodes may begin, instead of a fixed start.
+    ///
+    /// # Errors
+    /// As [`with_start`](Self::with_start).
+    pub fn with_drawn_start(
+        mut self,
+        at: impl Into<Placement>,
+        weight: f64,
+    ) -> Result<Self, EnvError> {
+        self.start = None;
+        let cell = self.locate(at.into())?;
+        self.drawn_starts.push(StartCell { cell, weight });
+        Ok(self)
+    }
+
+    /// Whether it is the fixed start, or one of those that are drawn.
+    pub fn is_start(&self, cell: Cell) -> bool {
+        self.start == Some(cell) || self.drawn_starts.iter().any(|start| start.cell == cell)
     }
 
     /// The same map with one goal more, at `at`; see [`GoalCell::reward`].

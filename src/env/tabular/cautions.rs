@@ -4,6 +4,7 @@
 //! the optimum, by breadth-first search, and by the best gain of its loops.
 
 use super::{Optimum, TabularMdp};
+use crate::env::Starts;
 use std::fmt;
 
 /// A chance of ending below this, or below this share of what is possible, is worth a word.
@@ -63,12 +64,13 @@ impl TabularMdp {
     ///
     /// # Panics
     /// As [`optimum`](Self::optimum).
-    pub fn cautions(&self, starts: &[usize], max_steps: usize) -> Vec<Caution> {
-        let mut cautions = self.beyond_limit(starts, max_steps);
+    pub fn cautions(&self, starts: impl Into<Starts>, max_steps: usize) -> Vec<Caution> {
+        let starts = starts.into();
+        let mut cautions = self.beyond_limit(starts.places(), max_steps);
         let none_in_time = matches!(cautions[..], [Caution::NoGoalWithinLimit { .. }]);
-        let (optimum, ends) = self.optimum_and_end(starts, max_steps);
+        let (optimum, ends) = self.optimum_and_end(&starts, max_steps);
         if ends < HALF && !none_in_time {
-            let possible = self.best_chance_of_an_end(starts, max_steps);
+            let possible = self.best_chance_of_an_end(&starts, max_steps);
             if possible < HALF {
                 cautions.push(Caution::SeldomWithinLimit {
                     possible,
@@ -83,7 +85,7 @@ impl TabularMdp {
                 });
             }
         }
-        if let Some(gain) = self.best_gain(starts) {
+        if let Some(gain) = self.best_gain(starts.places()) {
             cautions.push(Caution::PaysForEver { gain, max_steps });
         }
         cautions

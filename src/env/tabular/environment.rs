@@ -3,7 +3,7 @@
 use super::reward_noise::RewardNoise;
 use super::{NoGain, Optimum, TabularMdp};
 use crate::env::clock::EpisodeClock;
-use crate::env::{Action, EnvError, Environment, Model, Step, draw_start};
+use crate::env::{Action, EnvError, Environment, Model, Starts, Step};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ struct Life {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TabularEnvironment {
     mdp: Arc<TabularMdp>,
-    starts: Vec<MdpState>,
+    starts: Starts<MdpState>,
     noise: RewardNoise,
     /// Of a task without ends.
     life: Option<Life>,
@@ -45,28 +45,29 @@ pub struct TabularEnvironment {
 }
 
 impl TabularEnvironment {
-    /// Episodes begin in one of `starts`, equally likely, and are truncated after `max_steps`.
+    /// Episodes begin in one of `starts` and are truncated after `max_steps`.
     ///
     /// # Errors
     /// [`EnvError::BadStart`] if there is none, or one is terminal or no state; [`EnvError::NoSteps`].
     pub fn new(
         mdp: impl Into<Arc<TabularMdp>>,
-        starts: &[usize],
+        starts: impl Into<Starts>,
         max_steps: usize,
         rng: ChaCha8Rng,
     ) -> Result<Self, EnvError> {
-        let mdp = mdp.into();
+        let (mdp, starts) = (mdp.into(), starts.into());
         let states = mdp.num_states();
         if max_steps == 0 {
             return Err(EnvError::NoSteps);
         }
-        if starts.is_empty() {
+        if starts.places().is_empty() {
             return Err(EnvError::BadStart {
                 start: "nothing".to_owned(),
                 states,
             });
         }
         if let Some(start) = starts
+            .places()
             .iter()
             .find(|&&start| start >= states || mdp.is_terminal(start))
         {
@@ -75,8 +76,8 @@ impl TabularEnvironment {
                 states,
             });
         }
-        let starts: Vec<_> = starts.iter().map(|&start| MdpState(start as u32)).collect();
-        let state = starts[0];
+        let starts = starts.map(|&start| MdpState(start as u32));
+        let state = starts.places()[0];
         Ok(TabularEnvironment {
             mdp,
             starts,
@@ -154,7 +155,7 @@ impl Environment for TabularEnvironment {
         self.clock.begin();
         let goes_on = self.life.is_some_and(|life| life.has_begun);
         if !goes_on {
-            self.state = draw_start(&self.starts, &mut self.rng);
+            self.state = self.starts.draw(&mut self.rng);
         }
         if let Some(life) = &mut self.life {
             life.has_begun = true;
@@ -206,8 +207,8 @@ impl Model for TabularEnvironment {
         state.index()
     }
 
-    fn start_states(&self) -> Vec<usize> {
-        self.starts.iter().map(|start| start.index()).collect()
+    fn start_distribution(&self) -> Starts {
+        self.starts.map(|start| start.index())
     }
 
     fn max_steps(&self) -> usize {
@@ -221,7 +222,7 @@ impl Model for TabularEnvironment {
                 expected_return: gain * max_steps as f64,
                 expected_steps: max_steps as f64,
             },
-            None => self.mdp.optimum(&self.start_states(), max_steps),
+            None => self.mdp.optimum(&self.start_distribution(), max_steps),
         }
     }
 

@@ -20,7 +20,7 @@
 
 use super::reachability::Predecessors;
 use super::{NoGain, Outcome, TabularMdp};
-use crate::env::Action;
+use crate::env::{Action, Starts};
 
 /// Outcomes looked at for a measure, before it is left out.
 const MAX_WORK: usize = 300_000_000;
@@ -80,10 +80,11 @@ impl TabularMdp {
     ///
     /// # Panics
     /// If there is no start, or one is no state.
-    pub fn diameter(&self, starts: &[usize]) -> Result<f64, Unmeasured> {
-        let closed = self.closed(starts);
+    pub fn diameter(&self, starts: impl Into<Starts>) -> Result<f64, Unmeasured> {
+        let starts = starts.into();
+        let closed = self.closed(&starts);
         let states = closed
-            .communicating(starts)
+            .communicating(starts.places())
             .map_err(|no_gain| match no_gain {
                 NoGain::NoWay(from, to) => Unmeasured::NoWay { from, to },
                 NoGain::End(_) | NoGain::Unsettled(..) => {
@@ -95,17 +96,16 @@ impl TabularMdp {
             outcomes.all(|outcome| outcome.probability == 1.0)
         };
         match states.iter().all(is_certain) {
-            true => self.diameter_of_certain_moves(&states, starts),
+            true => self.diameter_of_certain_moves(&states, &starts),
             false => closed.diameter_by_sweeps(&states),
         }
     }
 
     /// The continuous form: from an end each action leads to the starts.
-    fn closed(&self, starts: &[usize]) -> TabularMdp {
-        let share = 1.0 / starts.len() as f64;
-        let begin = |&start: &usize| Outcome {
+    fn closed(&self, starts: &Starts) -> TabularMdp {
+        let begin = |(&start, probability): (&usize, f64)| Outcome {
             next: start as u32,
-            probability: share,
+            probability,
             reward: 0.0,
         };
         let mut closed = TabularMdp {
@@ -117,7 +117,7 @@ impl TabularMdp {
         for state in 0..self.num_states() {
             for action in self.actions() {
                 match self.terminal[state] {
-                    true => closed.outcomes.extend(starts.iter().map(begin)),
+                    true => closed.outcomes.extend(starts.chances().map(begin)),
                     false => closed.outcomes.extend(self.outcomes(state, action)),
                 }
                 closed.offsets.push(closed.outcomes.len());
@@ -129,11 +129,11 @@ impl TabularMdp {
     fn diameter_of_certain_moves(
         &self,
         states: &[usize],
-        starts: &[usize],
+        starts: &Starts,
     ) -> Result<f64, Unmeasured> {
         let work = states
             .len()
-            .saturating_mul(self.outcomes.len() + starts.len());
+            .saturating_mul(self.outcomes.len() + starts.places().len());
         if work > MAX_WORK {
             return Err(Unmeasured::TooMuchWork);
         }
@@ -248,24 +248,24 @@ impl TabularMdp {
 
 /// x = mean over the starts of min(d, e + 1 + x), by policy iteration: who begins anew is decided by the x of those who did so
 /// before. Infinite if none of the starts leads to the target.
-fn mean_from_starts(starts: &[usize], direct: &[f64], anew: &[f64]) -> f64 {
+fn mean_from_starts(starts: &Starts, direct: &[f64], anew: &[f64]) -> f64 {
     let mut mean = f64::INFINITY;
     loop {
         let goes_directly =
             |start: usize| direct[start].is_finite() && direct[start] <= anew[start] + mean;
         let (mut steps, mut arrive) = (0.0, 0.0);
-        for &start in starts {
+        for (&start, weight) in starts.weights() {
             if goes_directly(start) {
-                arrive += 1.0;
-                steps += direct[start];
+                arrive += weight;
+                steps += weight * direct[start];
             } else {
-                steps += anew[start];
+                steps += weight * anew[start];
             }
         }
         if arrive == 0.0 {
             return f64::INFINITY;
         }
-        // x = (steps + (starts − arrive) x) / starts
+        // x = steps + (all − arrive) x, in parts of all weights
         let next = steps / arrive;
         if next >= mean {
             return mean;

@@ -6,6 +6,7 @@
 //! nothing changes any more.
 
 use super::TabularMdp;
+use crate::env::Starts;
 
 /// Two returns this close, relative to their size, tie. Far above rounding, far below any difference that matters.
 const TIE: f64 = 1e-12;
@@ -51,29 +52,32 @@ struct StepCost {
 }
 
 impl TabularMdp {
-    /// The optimum over episodes that begin in one of `starts`, equally likely, and are truncated after `max_steps`.
+    /// The optimum over episodes that begin in one of `starts` and are truncated after `max_steps`.
     ///
     /// O(outcomes) if the world is deterministic and steps cost the same; otherwise O(outcomes × backward steps), of which
     /// there are about as many as the longest way takes, and at most `max_steps`.
     ///
     /// # Panics
     /// If `starts` is empty or names something that is no state, or `max_steps` is 0.
-    pub fn optimum(&self, starts: &[usize], max_steps: usize) -> Optimum {
+    pub fn optimum(&self, starts: impl Into<Starts>, max_steps: usize) -> Optimum {
         self.optimum_and_end(starts, max_steps).0
     }
 
     /// The optimum, and the chance that an episode of the policy that earns it ends before its limit. Of policies that are
     /// equal in return and steps, one that ends counts.
-    pub(super) fn optimum_and_end(&self, starts: &[usize], max_steps: usize) -> (Optimum, f64) {
-        assert!(!starts.is_empty(), "an episode begins somewhere");
+    pub(super) fn optimum_and_end(
+        &self,
+        starts: impl Into<Starts>,
+        max_steps: usize,
+    ) -> (Optimum, f64) {
+        let starts = starts.into();
+        assert!(!starts.places().is_empty(), "an episode begins somewhere");
         assert!(max_steps > 0, "an episode has at least one step");
         let best = match self.step_cost() {
             Some(cost) => self.shortest_paths(&cost, max_steps),
-            None => self.backward_induction(starts, max_steps),
+            None => self.backward_induction(starts.places(), max_steps),
         };
-        let mean = |part: fn(&Ahead) -> f64| {
-            starts.iter().map(|&start| part(&best[start])).sum::<f64>() / starts.len() as f64
-        };
+        let mean = |part: fn(&Ahead) -> f64| starts.mean(|&start| part(&best[start]));
         let optimum = Optimum {
             expected_return: mean(|best| best.worth),
             expected_steps: mean(|best| best.steps),
@@ -83,7 +87,7 @@ impl TabularMdp {
 
     /// The largest chance that any policy has to end an episode before its limit: the optimal return if only ends paid, and
     /// each of them 1.
-    pub(super) fn best_chance_of_an_end(&self, starts: &[usize], max_steps: usize) -> f64 {
+    pub(super) fn best_chance_of_an_end(&self, starts: impl Into<Starts>, max_steps: usize) -> f64 {
         let mut ends_pay = self.clone();
         for outcome in &mut ends_pay.outcomes {
             outcome.reward = f64::from(u8::from(self.terminal[outcome.next as usize]));
@@ -95,7 +99,7 @@ impl TabularMdp {
     ///
     /// # Panics
     /// As [`optimum`](Self::optimum).
-    pub fn optimal_return(&self, starts: &[usize], max_steps: usize) -> f64 {
+    pub fn optimal_return(&self, starts: impl Into<Starts>, max_steps: usize) -> f64 {
         self.optimum(starts, max_steps).expected_return
     }
 
@@ -103,7 +107,7 @@ impl TabularMdp {
     ///
     /// # Panics
     /// As [`optimum`](Self::optimum).
-    pub fn optimal_steps(&self, starts: &[usize], max_steps: usize) -> f64 {
+    pub fn optimal_steps(&self, starts: impl Into<Starts>, max_steps: usize) -> f64 {
         self.optimum(starts, max_steps).expected_steps
     }
 
@@ -318,6 +322,23 @@ mod tests {
     fn two_starts_are_averaged() {
         assert_eq!(corridor(4, -1.0, -1.0).optimal_steps(&[0, 2], 40), 3.0);
         assert_eq!(corridor(4, -1.0, -1.0).optimal_return(&[0, 2], 40), -3.0);
+    }
+
+    #[test]
+    fn weighted_starts_weigh_the_optima_of_single_ones() {
+        let mdp = corridor(6, -1.0, 20.0);
+        let weights = [(0, 0.5), (5, 3.0), (2, 1.5)];
+        for max_steps in [3, 40] {
+            let (mut earned, mut taken) = (0.0, 0.0);
+            for (start, weight) in weights {
+                let single = mdp.optimum(&[start], max_steps);
+                earned += weight / 5.0 * single.expected_return;
+                taken += weight / 5.0 * single.expected_steps;
+            }
+            let whole = mdp.optimum(&Starts::weighted(weights), max_steps);
+            assert!((whole.expected_return - earned).abs() < 1e-12, "{whole:?}");
+            assert!((whole.expected_steps - taken).abs() < 1e-12, "{whole:?}");
+        }
     }
 
     #[test]

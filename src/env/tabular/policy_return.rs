@@ -9,7 +9,7 @@
 //! at one place at a time, however large the world.
 
 use super::TabularMdp;
-use crate::env::Action;
+use crate::env::{Action, Starts};
 
 /// Episodes as rare as this are left out: below what the sums of probabilities are exact to.
 const NEGLIGIBLE: f64 = 1e-14;
@@ -49,20 +49,28 @@ impl Occupancy {
 }
 
 impl TabularMdp {
-    /// The expected return of an episode of the deterministic `policy` that begins in one of `starts`, equally likely, and is
+    /// The expected return of an episode of the deterministic `policy` that begins in one of `starts` and is
     /// truncated after `max_steps`; undiscounted. `policy[s]` is what it does in state s, of no matter where episodes end.
     ///
     /// O(steps × outcomes of the states that it may be in at a time), and at most `max_steps` steps.
     ///
     /// # Panics
     /// If `starts` is empty, or a start or an action does not exist, or `policy` has not one action a state.
-    pub fn policy_return(&self, starts: &[usize], max_steps: usize, policy: &[Action]) -> f64 {
-        assert!(!starts.is_empty(), "an episode begins somewhere");
+    pub fn policy_return(
+        &self,
+        starts: impl Into<Starts>,
+        max_steps: usize,
+        policy: &[Action],
+    ) -> f64 {
+        let starts = starts.into();
+        assert!(!starts.places().is_empty(), "an episode begins somewhere");
         assert_eq!(policy.len(), self.num_states(), "one action a state");
         let mut now = Occupancy::nowhere(self.num_states());
         let mut next = Occupancy::nowhere(self.num_states());
-        for &start in starts.iter().filter(|&&start| !self.terminal[start]) {
-            now.add(start, 1.0 / starts.len() as f64);
+        for (&start, chance) in starts.chances() {
+            if !self.terminal[start] {
+                now.add(start, chance);
+            }
         }
         let mut earned = 0.0;
         for _ in 0..max_steps {
@@ -122,6 +130,19 @@ mod tests {
         let mdp = TabularMdp::new(&around, vec![false, false, true]).unwrap();
         assert_eq!(mdp.policy_return(&[0], 5, &[Action(0); 3]), 7.0);
         assert_eq!(mdp.policy_return(&[0, 2], 5, &[Action(0); 3]), 3.5);
+    }
+
+    #[test]
+    fn weighted_starts_weigh_the_returns_of_single_ones() {
+        let chain = [
+            vec![vec![outcome(1, 1.0, 3.0)]],
+            vec![vec![outcome(2, 1.0, -1.0)]],
+            vec![],
+        ];
+        let mdp = TabularMdp::new(&chain, vec![false, false, true]).unwrap();
+        let starts = Starts::weighted([(0, 3.0), (1, 1.0)]);
+        // 3/4 · 2 − 1/4 · 1.
+        assert_eq!(mdp.policy_return(&starts, 9, &[Action(0); 3]), 1.25);
     }
 
     fn small_world() -> impl Strategy<Value = (Vec<Vec<Vec<Outcome>>>, Vec<u16>)> {

@@ -33,7 +33,7 @@ impl Drawing {
         };
         let look = |cell| match (layout.tile(cell), value(cell)) {
             (Tile::Wall, _) => r#"class="wall""#.to_owned(),
-            (_, None) if layout.start == Some(cell) => r#"class="start""#.to_owned(),
+            (_, None) if layout.is_start(cell) => r#"class="start""#.to_owned(),
             (_, None) if layout.goals.iter().any(|goal| goal.cell == cell) => {
                 r#"class="goal""#.to_owned()
             }

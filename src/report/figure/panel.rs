@@ -92,7 +92,7 @@ impl Drawing {
         for cell in places.iter().flatten().copied() {
             let (x, y) = centre(cell);
             let class = match cell {
-                cell if layout.start == Some(cell) => r#"class="start""#,
+                cell if layout.is_start(cell) => r#"class="start""#,
                 cell if layout.goals.iter().any(|goal| goal.cell == cell) => r#"class="goal""#,
                 cell if layout.is_hazard(cell) => r##"class="hazard" fill="#cc79a7""##,
                 _ => r#"class="state""#,
