@@ -1,9 +1,10 @@
 //! The world of a scenario as an edge list, every state, action and outcome of it:
 //! `cargo run --release --example world_as_edges -- SCENARIO.toml > world.csv`.
 //!
-//! On top stand the starts, the ends and the step limit, as comments that begin with `#`.
+//! On top stand the states whose rewards are noisy, with the standard deviation, the starts, the ends and the step limit, as
+//! comments that begin with `#`.
 
-use eigentrail::env::{Action, Model};
+use eigentrail::env::{Action, MdpState, Model};
 use eigentrail::scenario::{Scenario, World};
 use std::error::Error;
 use std::path::Path;
@@ -12,7 +13,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("which scenario?")?;
     let loaded = Scenario::load(Path::new(&path), &[])?;
     match loaded.worlds.first() {
-        World::Listed(world, names) => print(world, |state| names[state].clone()),
+        World::Listed(world, names) => {
+            for (state, name) in (0..).zip(names) {
+                match world.reward_deviation(MdpState(state)) {
+                    0.0 => {}
+                    deviation => println!("# noise {deviation} {name}"),
+                }
+            }
+            print(world, |state| names[state].clone());
+        }
         World::Grid(world) => {
             let cells: Vec<_> = world.mdp_cells().collect();
             print(world, |state| {

@@ -216,6 +216,9 @@ pub struct Check {
     /// Print the scenario with every default written out
     #[arg(long)]
     pub resolved: bool,
+    /// Print the facts as one line of JSON
+    #[arg(long, conflicts_with = "resolved")]
+    pub json: bool,
 }
 
 /// `eigentrail show`

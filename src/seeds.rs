@@ -4,8 +4,9 @@
 //! component picks the stream, so that no component's draws depend on how many another one made, nor on
 //! which thread it runs.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::f64::consts::TAU;
 
 /// Component that draws. The discriminant is the ChaCha stream number: append, never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +32,10 @@ pub enum Stream {
     Features = 9,
     /// Slips and start states after the goals have moved.
     MovedEnvironment = 10,
+    /// Where a goal is that each seed has of its own.
+    Goals = 11,
     /// Random potentials, a control for those that know something.
-    Potential = 11,
+    Potential = 12,
 }
 
 /// The generator of `stream` under `master_seed`.
@@ -45,6 +48,12 @@ pub fn substream(master_seed: u64, stream: Stream, number: u32) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(master_seed);
     rng.set_stream(stream as u64 | u64::from(number) << 32);
     rng
+}
+
+/// A standard normal number, the same bits everywhere: Box & Muller 1958, one of the two.
+pub(crate) fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
+    radius * libm::cos(TAU * rng.random::<f64>())
 }
 
 #[cfg(test)]

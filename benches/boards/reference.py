@@ -4,20 +4,26 @@
     V/bin/python benches/boards/reference.py
 
 Every state, action and outcome of Gymnasium's tables (FrozenLake, CliffWalking, Taxi) is compared, and every cell and
-move of bsuite's deep sea. River swim has no implementation on PyPI; its optimal returns are those of the literature.
+move of bsuite's deep sea. Of its stochastic form each cell and move is tried SAMPLES times: frequencies, means and standard
+deviations must lie within BOUND standard errors of ours, and what cannot happen must not have happened. River swim has no implementation on PyPI; its optimal returns are those of the literature.
 """
 
 import collections
 import csv
+import math
 import pathlib
 import subprocess
 import sys
+
+SAMPLES = 20_000
+BOUND = 5.0  # one of 1.7 million comparisons is beyond it by chance; there are some hundreds
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def ours(kind, **env):
-    """The world of `[env] kind = kind`: {(from, action): {to: [probability, mean reward]}}, starts, ends, limit."""
+    """The world of `[env] kind = kind`: {(from, action): {to: [probability, mean reward]}}, starts, ends, limit,
+    {state: standard deviation of what a step from there pays beside}."""
     lines = [f'kind = "{kind}"'] + [f"{key} = {value}" for key, value in env.items()]
     file = ROOT / "target" / "board.toml"
     file.parent.mkdir(exist_ok=True)
@@ -33,7 +39,8 @@ def ours(kind, **env):
             table.append(line)
     outcomes = (((r["from"], int(r["action"])), r["to"], float(r["probability"]), float(r["reward"]))
                 for r in csv.DictReader(table))
-    return merged(outcomes), set(notes["start"]), set(notes["end"]), int(notes["max_steps"][0])
+    noise = {state: float(deviation) for deviation, state in (note.split(" ", 1) for note in notes["noise"])}
+    return merged(outcomes), set(notes["start"]), set(notes["end"]), int(notes["max_steps"][0]), noise
 
 
 def merged(outcomes):
@@ -89,7 +96,8 @@ def gymnasium_boards():
 
 def compare(board, mine, others, env):
     """Only what can be reached matters: Gymnasium's tables hold states inside the cliff and taxis that are done."""
-    table, starts, ends, limit = mine
+    table, starts, ends, limit, noise = mine
+    assert not noise
     other, other_ends = others
     reached, waiting = set(), list(starts)
     while waiting:
@@ -110,9 +118,9 @@ def compare(board, mine, others, env):
 def deep_sea(size):
     from bsuite.environments.deep_sea import DeepSea
 
-    table, starts, ends, limit = ours("deep-sea", size=size)
+    table, starts, ends, limit, noise = ours("deep-sea", size=size)
     env = DeepSea(size, mapping_seed=1)
-    assert (starts, ends, limit) == ({"[0, 0]"}, {"end"}, size)
+    assert (starts, ends, limit, noise) == ({"[0, 0]"}, {"end"}, size, {})
     moves = 0
     for (state, _), _ in table.items():
         row, col = map(int, state.strip("[]").split(", "))
@@ -132,7 +140,49 @@ def deep_sea(size):
     print(f"deep sea {size}: {moves} pairs of cell and action are the same")
 
 
+def stochastic_deep_sea(size):
+    from bsuite.environments.deep_sea import DeepSea
+
+    table, starts, ends, limit, noise = ours("deep-sea", size=size, stochastic="true")
+    env = DeepSea(size, deterministic=False, seed=0, mapping_seed=1)
+    assert (starts, ends, limit) == ({"[0, 0]"}, {"end"}, size)
+    comparisons, furthest = 0, 0.0
+    for row in range(size):
+        for col in range(row + 1):
+            state = f"[{row}, {col}]"
+            rows = [table[state, action] for action in (0, 1)]
+            right = max((0, 1), key=lambda a: -sum(p_r for _, p_r in rows[a].values()) if col < size - 1 else
+                        sum(p_r for _, p_r in rows[a].values()))
+            for goes_right in (False, True):
+                mine = rows[right if goes_right else 1 - right]
+                at_right = int(env._action_mapping[row, col])
+                seen, rewards = collections.Counter(), []
+                for _ in range(SAMPLES):
+                    env._row, env._column = row, col
+                    step = env._step(at_right if goes_right else 1 - at_right)
+                    seen["end" if step.last() else f"[{env._row}, {env._column}]"] += 1
+                    rewards.append(float(step.reward))
+                mean = sum(rewards) / SAMPLES
+                deviation = math.sqrt(sum((r - mean) ** 2 for r in rewards) / (SAMPLES - 1))
+                sigma = noise.get(state, 0.0)
+                off = []  # differences and their standard errors
+                for to in seen.keys() | mine.keys():
+                    p = mine[to][0] if to in mine else 0.0
+                    off.append((seen[to] / SAMPLES - p, math.sqrt(p * (1 - p) / SAMPLES)))
+                off.append((mean - sum(p_r for _, p_r in mine.values()), sigma / math.sqrt(SAMPLES)))
+                off.append((deviation - sigma, sigma / math.sqrt(2 * SAMPLES)))
+                for difference, error in off:
+                    if abs(difference) > BOUND * error + 1e-9:
+                        sys.exit(f"stochastic deep sea {size}, {state}: {difference} is more than {BOUND} x {error}")
+                    furthest = max(furthest, abs(difference) / error if error else 0.0)
+                    comparisons += 1
+    print(f"stochastic deep sea {size}: {comparisons} frequencies, means and deviations of {SAMPLES} samples are within "
+          f"{furthest:.1f} standard errors")
+
+
 if __name__ == "__main__":
     gymnasium_boards()
     for size in (2, 10, 20):
         deep_sea(size)
+    for size in (2, 10):
+        stochastic_deep_sea(size)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Puts the results of table.sh into docs/learning.md and README.md, between their markers.
+"""Puts the results of table.py into docs/learning.md, docs/method.md and README.md, between their markers.
 
-Usage: benches/learning/page.py OUT        (the folder that table.sh has filled)
+Usage: benches/learning/page.py OUT        (the folder that table.py has filled)
 """
 
 import json
@@ -9,96 +9,192 @@ import re
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
+import protocol  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
+PUBLISHED = ["psrl", "mbie-eb", "ucbvi", "dyna-q-plus"]
 
 
-def comparisons(out):
-    """Every compare.json below `out`, by name of its part and of its world."""
-    found = {}
-    for path in sorted(Path(out).rglob("compare.json")):
-        result = json.loads(path.read_text())
-        part = path.relative_to(out).parts[0]
-        result["arms"] = {arm["name"]: arm for arm in result["arms"]}
-        result["timing"] = {arm["name"]: arm for arm in result["timing"]}
-        found[part, result["scenario"]] = result
-    return found
+def read(out, part, world):
+    path = out / part / world.name.replace(" ", "_") / "compare.json"
+    if not path.exists():
+        return None
+    result = json.loads(path.read_text())
+    result["by_name"] = {arm["name"]: arm for arm in result["arms"]}
+    result["clock"] = {arm["name"]: arm for arm in result["timing"]}
+    return result
 
 
-def count(value):
-    return "–" if value is None else f"{value:,.0f}".replace(",", " ")
+def parts(out, names=protocol.PARTS):
+    """(world, result) of every world that was run, in the order of the protocol."""
+    pairs = [(world, read(out, name, world)) for name in names for world in protocol.PARTS[name]]
+    return [(world, result) for world, result in pairs if result]
 
 
-def short(value):
-    digits = 4 if value < 0.01 else 3 if value < 0.3 else 2
+def number(value):
+    if value is None:
+        return "–"
+    if value == 0:
+        return "0"
+    if abs(value) >= 1000:
+        return f"{value:,.0f}".replace(",", " ")
+    digits = 4 if abs(value) < 0.01 else 3 if abs(value) < 0.3 else 2 if abs(value) < 30 else 0
     return f"{value:.{digits}f}"
 
 
-def interval(ratio):
-    if ratio is None:
+def interval(part):
+    if part is None or part["median"] is None:
         return "–"
-    return f"{short(ratio['median'])} [{short(ratio['low'])}, {short(ratio['high'])}]"
+    return f"{number(part['median'])} [{number(part['low'])}, {number(part['high'])}]"
 
 
-def world(key, result):
-    part, name = key
-    slip = {"slip": " (0.3)", "slip-0.1": " (0.1)"}.get(part, "")
-    return name + slip
+def share(value):
+    return "–" if value is None else f"{100 * value:.0f} %"
 
 
-def against_planner(result, arm="gcn"):
-    return f"{result['arms'][arm]['regret']['iqm'] / result['arms']['planner']['regret']['iqm']:.2f}"
+def over(result, arm, other):
+    """Regret of an arm ÷ that of another, interquartile means."""
+    arms = result["by_name"]
+    if arm not in arms or other not in arms or arms[other]["regret"]["iqm"] <= 0:
+        return None
+    return arms[arm]["regret"]["iqm"] / arms[other]["regret"]["iqm"]
 
 
-def default_arm(results, keys):
-    yield "| world | seeds | optimal | gcn ÷ sparse | ÷ tuned sparse | heat ÷ sparse | gcn ÷ planner (IQM) | first goal of gcn | steps to 1.1×: sparse → gcn | final ÷ optimal | false maxima |"
-    yield "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
-    for key in keys:
-        result = results[key]
-        arms = result["arms"]
-        gcn, sparse = arms["gcn"], arms["sparse"]
-        tuned = gcn.get("ratio_to_tuned_sparse")
-        yield (
-            f"| {world(key, result)} | {len(result['seeds'])} | {result['optimal_steps']:.1f} | {interval(gcn['ratio_to_sparse'])} "
-            f"| {interval(tuned)} | {interval(arms['heat']['ratio_to_sparse'])} | {against_planner(result)} "
-            f"| {count(gcn['first_goal_step']['median'])} "
-            f"| {count(sparse['steps_to_1_1x']['median'])} → {count(gcn['steps_to_1_1x']['median'])} "
-            f"| {gcn['final_ratio']:.2f} | {gcn['spurious_maxima']} |"
-        )
+def best(result, names):
+    """The name with the least regret, of those that were run."""
+    known = [name for name in names if name in result["by_name"]]
+    return min(known, key=lambda name: result["by_name"][name]["regret"]["iqm"], default=None)
 
 
-ALL = "gcn heat hops oracle gcn-shaping-only q-learning dyna-q planner report".split()
+def default_arm(results):
+    yield "| world | seeds | R* | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | fails | fails without advice | epochs |"
+    yield "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    for world, result in results:
+        gcn = result["by_name"]["gcn"]
+        rival = best(result, [f"{name}-tuned" for name in PUBLISHED])
+        against = f"{number(over(result, 'gcn', rival))} ({rival.removesuffix('-tuned')})" if rival else "–"
+        cells = [
+            world.name,
+            len(result["seeds"]),
+            number(result["optimal_return"]),
+            interval(gcn["ratio_to_sparse"]),
+            number(over(result, "gcn", "sparse-tuned")),
+            number(over(result, "gcn", "planner-frontier")),
+            against,
+            number(gcn["first_goal_step"]["median"]),
+            interval(gcn["greedy_return"]),
+            share(gcn["failures"]),
+            share(gcn["failures_unadvised"]),
+            number(gcn["gcn_epochs"]),
+        ]
+        yield "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
-def all_arms(results, keys):
-    yield "| regret ÷ sparse | " + " | ".join(ALL) + " |"
-    yield "|---|" + "---:|" * len(ALL)
-    for key in keys:
-        result = results[key]
-        cells = [interval(result["arms"][arm]["ratio_to_sparse"]) for arm in ALL]
-        yield f"| {world(key, result)} | " + " | ".join(cells) + " |"
+def all_arms(results, names):
+    """A row for each arm, a column for each world: regret ÷ sparse, and how many policies fail."""
+    yield "| regret ÷ sparse (fails) | " + " | ".join(world.name for world, _ in results) + " |"
+    yield "|---|" + "---:|" * len(results)
+    for name in names:
+        cells = []
+        for _, result in results:
+            arm = result["by_name"].get(name)
+            if arm is None:
+                cells.append("")
+            else:
+                cells.append(f"{number(arm['ratio_to_sparse']['median'])} ({share(arm['failures'])})")
+        if any(cells):
+            yield f"| {name} | " + " | ".join(cells) + " |"
 
 
-def times(results, keys):
-    arms = ["sparse", "gcn", "heat", "planner"]
-    yield "| world | ms a run: " + ", ".join(arms) + " | µs a step: the same | gcn ÷ planner: run, step |"
-    yield "|---|---:|---:|---:|"
-    for key in keys:
-        result = results[key]
-        runs = [result["timing"][arm]["wall_seconds"] * 1e3 for arm in arms]
-        steps = [1e6 / result["timing"][arm]["steps_per_second"] for arm in arms]
-        yield (
-            f"| {world(key, result)} | {', '.join(f'{ms:.0f}' for ms in runs)} | {', '.join(f'{us:.2f}' for us in steps)} "
-            f"| {runs[1] / runs[3]:.2f}, {steps[1] / steps[3]:.2f} |"
-        )
+def profile(results, names):
+    """Dolan & Moré 2002: share of worlds on which an arm has at most τ times the regret of the best arm there."""
+    limits = (1.1, 1.5, 2, 5, 10, 100)
+    yield "| arm | worlds | " + " | ".join(f"τ = {limit}" for limit in limits) + " |"
+    yield "|---|---:|" + "---:|" * len(limits)
+    rows = []
+    for name in names:
+        ratios = []
+        for _, result in results:
+            arms = {arm: found["regret"]["iqm"] for arm, found in result["by_name"].items() if arm in names}
+            least = min(arms.values())
+            if name in arms:
+                ratios.append(arms[name] / least if least > 0 else float(arms[name] > 0) * 1e9 + 1)
+        if ratios:
+            rows.append((name, len(ratios), [sum(r <= limit for r in ratios) / len(ratios) for limit in limits]))
+    for name, count, shares in sorted(rows, key=lambda row: -sum(row[2])):
+        yield f"| {name} | {count} | " + " | ".join(f"{value:.2f}" for value in shares) + " |"
 
 
-def front(results, keys):
-    yield "| world | default (`gcn`) | `heat` | R-max planner | `gcn` without exploration |"
+def verdicts(results, names):
+    yield "| arm against `gcn`, paired | worlds with less regret | equivalent (± 10 %) | more | nothing shown |"
     yield "|---|---:|---:|---:|---:|"
-    for key in keys:
-        arms = results[key]["arms"]
-        cells = [interval(arms[arm]["ratio_to_sparse"]) for arm in ["gcn", "heat", "planner", "gcn-shaping-only"]]
-        yield f"| {key[1]} | " + " | ".join(cells) + " |"
+    for name in names:
+        found = [row["verdict"] for _, result in results for row in result["differences"] if row["arm"] == name]
+        if found:
+            yield f"| {name} | " + " | ".join(str(found.count(v)) for v in ("less", "equivalent", "more", "open")) + " |"
+
+
+def tuning(out):
+    yield "| arm | chosen | configurations | regret ÷ sparse on the tuning worlds (geometric mean) | on an edge of what may be tried |"
+    yield "|---|---|---:|---:|---|"
+    for name, found in json.loads((out / "tuned.json").read_text()).items():
+        chosen = ", ".join(f"{key.split('.')[1]} {value}" for key, value in found["settings"].items())
+        edges = ", ".join(key.split(".")[1] for key in found["on_edge"]) or "–"
+        yield f"| {name} | {chosen} | {found['tried']} | {number(found['ratio'])} | {edges} |"
+
+
+def times(results):
+    names = ["sparse", "gcn", "heat", "planner", "planner-frontier", "psrl"]
+    yield "| µs a step | " + " | ".join(names) + " |"
+    yield "|---|" + "---:|" * len(names)
+    for world, result in results:
+        cells = [number(1e6 / result["clock"][n]["steps_per_second"]) if n in result["clock"] else "" for n in names]
+        yield f"| {world.name} | " + " | ".join(cells) + " |"
+
+
+def sensitivity(out):
+    results = [(world, read(out, "sensitivity", world)) for world in protocol.SENSITIVITY]
+    return all_arms([(w, r) for w, r in results if r], protocol.SENSITIVITY_ARMS[1:])
+
+
+def method_results(out):
+    results = [(world, read(out, "method", world)) for world in protocol.METHOD_WORLDS]
+    return [(world, result) for world, result in results if result]
+
+
+def factorial(out):
+    results = method_results(out)
+    yield "| search | shaped reward | look-ahead advice | training | " + " | ".join(world.name for world, _ in results) + " |"
+    yield "|---|---|---|---|" + "---:|" * len(results)
+    for name in protocol.FACTORIAL:
+        factors = ["yes" if word == "1" else "no" for word in re.findall(r"-([01])", name)]
+        if factors[1:3] == ["no", "no"]:
+            factors[3] = "–"
+        cells = [interval(result["by_name"][name]["ratio_to_sparse"]) for _, result in results]
+        yield "| " + " | ".join(factors + cells) + " |"
+
+
+def recipes(out):
+    results = method_results(out)
+    yield "| arm | settings over the default | " + " | ".join(world.name for world, _ in results) + " |"
+    yield "|---|---|" + "---:|" * len(results)
+    for name, values in protocol.RECIPES.items():
+        laid = " ".join(f"`{key}={value}`" for key, value in values.items())
+        cells = [interval(result["by_name"][name]["ratio_to_sparse"]) for _, result in results]
+        yield f"| {name} | {laid} | " + " | ".join(cells) + " |"
+
+
+def front(results):
+    names = ["gcn", "no-advice", "no-shaping", "heat", "planner-frontier", "planner", "q-learning"]
+    yield "| regret ÷ sparse (seeds whose final policy fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
+    yield "|---|" + "---:|" * len(names)
+    for world, result in results:
+        cells = []
+        for name in names:
+            arm = result["by_name"].get(name)
+            cells.append(f"{number(arm['ratio_to_sparse']['median'])} ({share(arm['failures'])})" if arm else "")
+        yield f"| {world.name} | " + " | ".join(cells) + " |"
 
 
 def fill(page, tables):
@@ -115,23 +211,26 @@ def fill(page, tables):
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    results = comparisons(sys.argv[1])
-    small = [("small", name) for name in "open-5x5 four-rooms linked-grids open-15x15 rooms-25x25".split()]
-    large = [("large", "rooms-50x50"), ("large-open", "open-50x50")]
-    huge = [("huge", "rooms-100x100"), ("huge-open", "open-100x100"), ("huge", "maze-101")]
-    huge += [("200", "rooms-200x200"), ("200", "maze-201")]
-    hard = [key for key in results if key[0] == "hard"]
-    slip = [key for part in ("slip-0.1", "slip") for key in results if key[0] == part]
-    everything = small + large + huge + hard + slip
-    fill(
-        "docs/learning.md",
-        {
-            "default arm": default_arm(results, everything),
-            "all arms": all_arms(results, small + large + hard + [k for k in slip if k[0] == "slip"]),
-            "times": times(results, everything),
-        },
-    )
-    fill("README.md", {"learning": front(results, small + large)})
+    out = Path(sys.argv[1])
+    commit = (out / "commit").read_text().strip()
+    as_it_comes = [arm.name for arm in protocol.ARMS] + protocol.FIXED
+    tuned = [f"{arm.name}-tuned" for arm in protocol.ARMS]
+    every = parts(out)
+    tables = {"default arm": default_arm(every), "commit": [f"*Measured at commit {commit}.*"]}
+    for name in protocol.PARTS:
+        results = parts(out, [name])
+        tables[f"all arms, {name}"] = all_arms(results, as_it_comes)
+        tables[f"tuned arms, {name}"] = all_arms(results, tuned)
+    tables["profile"] = profile(every, as_it_comes + tuned)
+    tables["verdicts"] = verdicts(every, [n for n in as_it_comes if n != "gcn"])
+    tables["tuning"] = tuning(out)
+    tables["times"] = times(every)
+    tables["sensitivity"] = sensitivity(out)
+    fill("docs/learning.md", tables)
+    fill("docs/method.md", {"factorial": factorial(out), "recipes": recipes(out)})
+    shown = {"four_rooms_random_goals", "rooms_25x25_random_goals", "open_50x50_random_goals", "maze_101_random_goals"}
+    shown |= {"lava_gap_7", "holes", "cliff_walking", "frozen_lake_4", "river_swim_6", "deep_sea_10", "bridge_swamp"}
+    fill("README.md", {"learning": front([(w, r) for w, r in every if w.name in shown])})
 
 
 if __name__ == "__main__":

@@ -59,9 +59,9 @@
 
 use super::behaviour::Behaviour;
 use super::checks::{AGENT, check_gamma, check_rate};
+use super::choices::{Bootstrap, UpdateRule};
 use super::features::LinearFeatures;
 use super::greedy::{action, advised, first_best};
-use super::params::{Bootstrap, UpdateRule};
 use super::policy::{clamp, sample, softmax};
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::{Action, LARGEST_RETURN};

@@ -1,9 +1,9 @@
 //! Every learner behind one type: a plain value, dispatched without a pointer.
 
 use super::{
-    ActorCritic, Agent, AgentKind, AgentParams, DynaQ, Experience, FeatureKind, Planner,
-    PolicyIteration, ProtoValueFeatures, QLearning, RandomAgent, Sarsa, Situation, Tabular,
-    UpdateInfo,
+    ActorCritic, Agent, AgentKind, AgentParams, DynaQ, DynaQPlus, Experience, FeatureKind, MbieEb,
+    Planner, PolicyIteration, ProtoValueFeatures, Psrl, QLearning, RandomAgent, Sarsa, Situation,
+    Tabular, Ucbvi, UpdateInfo,
 };
 use crate::env::Action;
 use crate::graph::StateId;
@@ -23,6 +23,10 @@ pub enum AnyAgent {
     Planner(Planner),
     PolicyIteration(PolicyIteration),
     Random(RandomAgent),
+    DynaQPlus(DynaQPlus),
+    MbieEb(MbieEb),
+    Ucbvi(Ucbvi),
+    Psrl(Psrl),
 }
 
 impl AnyAgent {
@@ -41,6 +45,9 @@ impl AnyAgent {
             AgentKind::DynaQ => {
                 AnyAgent::DynaQ(DynaQ::new(params.dyna_q(), num_actions, mix, seed))
             }
+            AgentKind::DynaQPlus => {
+                AnyAgent::DynaQPlus(DynaQPlus::new(params.dyna_q_plus(), num_actions, seed))
+            }
             AgentKind::Planner => {
                 AnyAgent::Planner(Planner::new(params.planner(), num_actions, seed))
             }
@@ -48,6 +55,9 @@ impl AnyAgent {
                 let params = params.policy_iteration();
                 AnyAgent::PolicyIteration(PolicyIteration::new(params, num_actions, mix, seed))
             }
+            AgentKind::MbieEb => AnyAgent::MbieEb(MbieEb::new(params.mbie_eb(), num_actions, seed)),
+            AgentKind::Ucbvi => AnyAgent::Ucbvi(Ucbvi::new(params.ucbvi(), num_actions, seed)),
+            AgentKind::Psrl => AnyAgent::Psrl(Psrl::new(params.psrl(), num_actions, seed)),
             AgentKind::Random => AnyAgent::Random(RandomAgent::new(num_actions, seed)),
         }
     }
@@ -93,6 +103,10 @@ macro_rules! each {
             AnyAgent::Planner($agent) => $call,
             AnyAgent::PolicyIteration($agent) => $call,
             AnyAgent::Random($agent) => $call,
+            AnyAgent::DynaQPlus($agent) => $call,
+            AnyAgent::MbieEb($agent) => $call,
+            AnyAgent::Ucbvi($agent) => $call,
+            AnyAgent::Psrl($agent) => $call,
         }
     };
 }

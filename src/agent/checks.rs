@@ -37,7 +37,16 @@ pub(crate) fn check_return(key: &'static str, value: f64) -> Result<(), Paramete
     AGENT.number(key, value, holds, "a number of at most 1e27 in size")
 }
 
-/// A count of work that is done after a step: more than a million would take for ever.
+/// More work than this after a step would take for ever.
+pub(crate) const MOST_WORK: usize = 1_000_000;
+
+/// A count of work that is done after a step.
 pub(crate) fn check_count(key: &'static str, value: usize) -> Result<(), ParameterError> {
-    AGENT.count(key, value, 1..=1_000_000)
+    AGENT.count(key, value, 1..=MOST_WORK)
+}
+
+/// A bonus, in units of its own: at least 0.
+pub(crate) fn check_bonus(key: &'static str, value: f64) -> Result<(), ParameterError> {
+    let holds = (0.0..=1e6).contains(&value);
+    AGENT.number(key, value, holds, "within 0 and 1e6")
 }

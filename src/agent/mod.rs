@@ -14,9 +14,15 @@
 //! | [`QLearning`] | `q_learning` | Q by off-policy differences | on Q, when choosing | yes |
 //! | [`Sarsa`] | `sarsa` | Q by on-policy differences | on Q, when choosing | yes |
 //! | [`DynaQ`] | `dyna_q` | Q by prioritised sweeping over the learnt model | on Q, when choosing | yes |
-//! | [`Planner`] | `planner` | V of the learnt model, optimistic about untried actions (R-max) | no | no |
+//! | [`DynaQPlus`] | `dyna_q_plus` | Q by sampled backups from the latest seen, with a bonus for what was not tried for long | no | no |
+//! | [`Planner`] | `planner` | V of the learnt model, optimistic about untried actions (R-max) or led to them by advice | if told so: first of all | no |
 //! | [`PolicyIteration`] | `policy_iteration` | V of policies on the learnt model | on Q, when choosing | yes |
+//! | [`MbieEb`] | `mbie_eb` | Q of the learnt model with β/√n on its rewards | no | no |
+//! | [`Ucbvi`] | `ucbvi` | Q of the learnt model with upper confidence bounds | no | no |
+//! | [`Psrl`] | `psrl` | Q of a model drawn from the posterior | no | no |
 //! | [`RandomAgent`] | `random` | none | no | no |
+//!
+//! The three before the last plan for an episode ahead, and differ in what they believe: see [`EpisodePlanner`].
 //!
 //! An episode that **terminated** is worth 0 from there on; one that was **truncated** is cut off, and its last
 //! state keeps the value it has.
@@ -28,34 +34,51 @@ mod actor_critic;
 mod any;
 mod behaviour;
 mod checks;
+mod choices;
+mod draws;
 mod dyna_q;
+mod dyna_q_plus;
+mod episode_planner;
 mod features;
 mod greedy;
+mod horizon_plan;
+mod mbie_eb;
 mod model;
 mod params;
 mod planner;
 pub mod policy;
 mod policy_iteration;
+mod psrl;
 mod pvf;
 mod q_learning;
 mod random;
+mod reward_range;
 mod sarsa;
 mod small_mdp;
 mod sweep;
 mod table;
+mod ucbvi;
 
 pub use actor_critic::{ActorCritic, ActorCriticParams};
 pub use any::{AnyAgent, build_agent};
 pub(crate) use checks::check_gamma;
+pub use choices::{AgentKind, Bootstrap, FeatureKind, Untried, UpdateRule};
 pub use dyna_q::{DynaQ, DynaQParams};
+pub use dyna_q_plus::{DynaQPlus, DynaQPlusParams};
+pub use episode_planner::{Belief, EpisodePlanParams, EpisodePlanner, Outlook};
 pub use features::{LinearFeatures, Tabular};
-pub use params::{AgentKind, AgentParams, Bootstrap, FeatureKind, UpdateRule};
+pub use horizon_plan::Believed;
+pub use mbie_eb::{MbieEb, MbieEbParams};
+pub use model::Outcome;
+pub use params::AgentParams;
 pub use planner::{Planner, PlannerParams};
 pub use policy_iteration::{PolicyIteration, PolicyIterationParams};
+pub use psrl::{Psrl, PsrlParams};
 pub use pvf::ProtoValueFeatures;
 pub use q_learning::{QLearning, QLearningParams};
 pub use random::RandomAgent;
 pub use sarsa::{Sarsa, SarsaParams};
+pub use ucbvi::{Ucbvi, UcbviParams};
 
 use crate::env::{Action, StepStatus};
 use crate::graph::StateId;

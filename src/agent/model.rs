@@ -46,6 +46,21 @@ pub(crate) struct WayIn {
     pub state: StateId,
     pub action: Action,
     pub probability: f64,
+    /// r̂ on this way.
+    pub reward: f64,
+}
+
+/// One distinct state that was seen to follow from a (state, action).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// The state.
+    pub to: StateId,
+    /// N(s, a, s′).
+    pub count: u32,
+    /// r̂(s, a, s′).
+    pub reward: f64,
+    /// Whether arriving there ends the task.
+    pub ends: bool,
 }
 
 /// Model of the world as known so far.
@@ -223,6 +238,22 @@ impl EmpiricalModel {
         })
     }
 
+    /// What was seen to follow from `action` in `state`, latest discovery first; nothing if it was never tried.
+    pub fn outcomes(&self, state: StateId, action: Action) -> impl Iterator<Item = Outcome> + '_ {
+        let pair = self.pairs.get(self.place(state, action));
+        let first = pair.map_or(NONE, |pair| pair.first);
+        chain(&self.entries, first, |e| e.next_outcome).map(|i| {
+            let entry = &self.entries[i];
+            let to = StateId(entry.to);
+            Outcome {
+                to,
+                count: entry.count,
+                reward: entry.reward_sum / f64::from(entry.count),
+                ends: self.is_terminal(to),
+            }
+        })
+    }
+
     /// The (state, action) pairs seen to lead to `state`, latest discovery first.
     pub fn ways_into(&self, state: StateId) -> impl Iterator<Item = WayIn> + '_ {
         chain(&self.entries, self.first_way_in[state.index()], |e| {
@@ -236,6 +267,7 @@ impl EmpiricalModel {
                 state,
                 action,
                 probability: f64::from(entry.count) / f64::from(tries),
+                reward: entry.reward_sum / f64::from(entry.count),
             }
         })
     }

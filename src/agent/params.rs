@@ -3,73 +3,15 @@
 //! Keys that the chosen kind does not use are ignored, so that one scenario can be run with several kinds side by
 //! side. A key left out takes the default of its kind; [`AgentParams::resolved`] writes those in.
 
-use super::checks::check_gamma;
+use super::checks::{MOST_WORK, check_gamma};
+use super::choices::{AgentKind, Bootstrap, FeatureKind, Untried, UpdateRule};
 use super::{
-    ActorCriticParams, DynaQParams, PlannerParams, PolicyIterationParams, QLearningParams,
-    SarsaParams,
+    ActorCriticParams, DynaQParams, DynaQPlusParams, EpisodePlanParams, MbieEbParams,
+    PlannerParams, PolicyIterationParams, PsrlParams, QLearningParams, SarsaParams, UcbviParams,
 };
 use crate::parameter::ParameterError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Kind of learner.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum AgentKind {
-    /// Action-value actor-critic with a softmax policy.
-    #[default]
-    ActorCritic,
-    /// Q-learning.
-    QLearning,
-    /// SARSA or expected SARSA.
-    Sarsa,
-    /// Dyna-Q with prioritised sweeping.
-    DynaQ,
-    /// R-max: plans on the learnt model, optimistic about untried actions.
-    Planner,
-    /// Policy iteration on the learnt model with the shaped reward.
-    PolicyIteration,
-    /// Every action equally likely.
-    Random,
-}
-
-/// Signal that moves the actor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum UpdateRule {
-    /// The advantage Q(s, a) − Σ_b π(b|s) Q(s, b).
-    #[default]
-    Advantage,
-    /// The TD error δ: the source paper's Algorithm 1.
-    #[serde(rename = "algorithm-1")]
-    Algorithm1,
-    /// The action value Q(s, a): the source paper's Algorithm 2.
-    #[serde(rename = "algorithm-2")]
-    Algorithm2,
-}
-
-/// Features that actor and critic are linear in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FeatureKind {
-    /// One number per (state, action).
-    #[default]
-    Tabular,
-    /// Proto-value functions, stacked per action (eq. 13).
-    Pvf,
-    /// Skip-gram vectors over random walks, stacked per action.
-    Deepwalk,
-}
-
-/// Estimate of the value of s′.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Bootstrap {
-    /// Q(s′, a′) of the action a′ that is drawn now and taken next (SARSA; as the paper prints it).
-    Sampled,
-    /// Σ_b π(b|s′) Q(s′, b) (expected SARSA).
-    Expected,
-}
 
 /// The agent of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -88,7 +30,7 @@ pub struct AgentParams {
     #[schemars(example = 0.1)]
     pub actor_learning_rate: Option<f64>,
     /// Step size of action values, in (0, 1]. Default: actor-critic 0.7 (algorithm-1 0.01, algorithm-2 0.005),
-    /// q-learning and dyna-q 1, sarsa 0.5.
+    /// q-learning, dyna-q and dyna-q-plus 1, sarsa 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 0.7)]
     pub critic_learning_rate: Option<f64>,
@@ -98,23 +40,41 @@ pub struct AgentParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = Bootstrap::Expected)]
     pub bootstrap: Option<Bootstrap>,
-    /// q-learning, sarsa, dyna-q, policy-iteration: chance of a random action. Default: sarsa and policy-iteration
-    /// 0.05, else 0 (the initial value is what explores).
+    /// q-learning, sarsa, dyna-q, dyna-q-plus, policy-iteration: chance of a random action. Default: sarsa and
+    /// policy-iteration 0.05, else 0 (the initial value is what explores).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 0.05)]
     pub epsilon: Option<f64>,
-    /// q-learning, sarsa, dyna-q, policy-iteration: what an untried action is worth. 0 is optimistic where steps cost.
+    /// q-learning, sarsa, dyna-q, dyna-q-plus, policy-iteration: what an untried action is worth. 0 is optimistic where
+    /// steps cost.
     pub initial_value: f64,
-    /// dyna-q: backups from the model after each step, the step's own included; 1 to 1 000 000.
+    /// dyna-q and dyna-q-plus: backups from the model after each step, dyna-q's with the step's own; 1 to 1 000 000.
     pub planning_steps: usize,
+    /// dyna-q-plus: κ of the bonus κ√τ for what was not tried for τ steps, in units of reward, 0 to 1e6.
+    pub time_bonus: f64,
     /// planner: tries after which an action counts as known; 1 to 1 000 000.
     pub known_after: u32,
-    /// planner: return expected of an unknown action. Default: from the largest reward seen so far.
+    /// planner: what leads to unknown actions: optimistic (R-max) | advised (by the exploration, whose advice comes first).
+    pub untried: Untried,
+    /// planner, mbie-eb, ucbvi, psrl: return expected of an unknown action. Default: from the largest reward seen so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 99.0)]
     pub optimistic_value: Option<f64>,
     /// planner: at most so many backups (1 to 1 000 000) after one step; what is left waits for the next.
     pub max_backups: usize,
+    /// mbie-eb, ucbvi, psrl: steps to plan ahead, 1 to 1 000 000. Default: the step limit of the world's episodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 100)]
+    pub horizon: Option<usize>,
+    /// mbie-eb: β of the bonus β/√n, in ranges of returns seen, a step of the horizon. ucbvi: the bonus, in shares of the theory's
+    /// that the horizon divides. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.0)]
+    pub bonus: Option<f64>,
+    /// psrl: tries of an action that the prior is worth, which says that it leads somewhere unknown; above 0, at most 1e6.
+    pub prior_tries: f64,
+    /// psrl: deviation of single rewards that is reckoned with, in ranges of returns seen, a step of the horizon; 0 to 1e6.
+    pub reward_deviation: f64,
     /// policy-iteration: plan after so many steps, besides the end of each episode; 0 = only there.
     pub plan_every: u64,
     /// policy-iteration: sweeps of one evaluation; 1 to 1 000 000.
@@ -124,7 +84,7 @@ pub struct AgentParams {
 impl Default for AgentParams {
     fn default() -> Self {
         let (actor_critic, planner) = (ActorCriticParams::default(), PlannerParams::default());
-        let policy_iteration = PolicyIterationParams::default();
+        let (policy_iteration, psrl) = (PolicyIterationParams::default(), PsrlParams::default());
         AgentParams {
             kind: AgentKind::default(),
             update: UpdateRule::default(),
@@ -137,9 +97,15 @@ impl Default for AgentParams {
             epsilon: None,
             initial_value: QLearningParams::default().initial_value,
             planning_steps: DynaQParams::default().planning_steps,
+            time_bonus: DynaQPlusParams::default().time_bonus,
             known_after: planner.known_after,
+            untried: planner.untried,
             optimistic_value: None,
             max_backups: planner.max_backups,
+            horizon: None,
+            bonus: None,
+            prior_tries: psrl.prior_tries,
+            reward_deviation: psrl.reward_deviation,
             plan_every: policy_iteration.plan_every,
             evaluation_sweeps: policy_iteration.evaluation_sweeps,
         }
@@ -157,8 +123,12 @@ impl AgentParams {
             AgentKind::QLearning => self.q_learning().validate(),
             AgentKind::Sarsa => self.sarsa().validate(),
             AgentKind::DynaQ => self.dyna_q().validate(),
+            AgentKind::DynaQPlus => self.dyna_q_plus().validate(),
             AgentKind::Planner => self.planner().validate(),
             AgentKind::PolicyIteration => self.policy_iteration().validate(),
+            AgentKind::MbieEb => self.mbie_eb().validate(),
+            AgentKind::Ucbvi => self.ucbvi().validate(),
+            AgentKind::Psrl => self.psrl().validate(),
             AgentKind::Random => check_gamma(self.gamma),
         }
     }
@@ -192,10 +162,24 @@ impl AgentParams {
                 (resolved.critic_learning_rate, resolved.epsilon) =
                     (Some(p.learning_rate), Some(p.epsilon));
             }
+            AgentKind::DynaQPlus => {
+                let p = self.dyna_q_plus();
+                (resolved.critic_learning_rate, resolved.epsilon) =
+                    (Some(p.learning_rate), Some(p.epsilon));
+            }
             AgentKind::PolicyIteration => resolved.epsilon = Some(self.policy_iteration().epsilon),
-            AgentKind::Planner | AgentKind::Random => {}
+            AgentKind::MbieEb => resolved.bonus = Some(self.mbie_eb().bonus),
+            AgentKind::Ucbvi => resolved.bonus = Some(self.ucbvi().bonus),
+            AgentKind::Planner | AgentKind::Psrl | AgentKind::Random => {}
         }
         resolved
+    }
+
+    /// The same for episodes of at most `max_steps`: they are the horizon of plans, if the table gives none.
+    pub fn with_step_limit(&self, max_steps: usize) -> AgentParams {
+        let mut params = self.clone();
+        params.horizon = params.horizon.or(Some(max_steps.min(MOST_WORK)));
+        params
     }
 
     /// What an actor-critic takes from the table.
@@ -246,13 +230,62 @@ impl AgentParams {
         }
     }
 
+    /// What Dyna-Q+ takes from the table.
+    pub fn dyna_q_plus(&self) -> DynaQPlusParams {
+        let d = DynaQPlusParams::default();
+        DynaQPlusParams {
+            gamma: self.gamma,
+            learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
+            epsilon: self.epsilon.unwrap_or(d.epsilon),
+            initial_value: self.initial_value,
+            planning_steps: self.planning_steps,
+            time_bonus: self.time_bonus,
+        }
+    }
+
     /// What the planner takes from the table.
     pub fn planner(&self) -> PlannerParams {
         PlannerParams {
             gamma: self.gamma,
             known_after: self.known_after,
+            untried: self.untried,
             optimistic_value: self.optimistic_value,
             max_backups: self.max_backups,
+        }
+    }
+
+    /// What planners for an episode ahead take from the table.
+    fn episode_plan(&self) -> EpisodePlanParams {
+        let d = EpisodePlanParams::default();
+        EpisodePlanParams {
+            gamma: self.gamma,
+            horizon: self.horizon.unwrap_or(d.horizon),
+            optimistic_value: self.optimistic_value,
+        }
+    }
+
+    /// What MBIE-EB takes from the table.
+    pub fn mbie_eb(&self) -> MbieEbParams {
+        MbieEbParams {
+            plan: self.episode_plan(),
+            bonus: self.bonus.unwrap_or(MbieEbParams::default().bonus),
+        }
+    }
+
+    /// What UCBVI takes from the table.
+    pub fn ucbvi(&self) -> UcbviParams {
+        UcbviParams {
+            plan: self.episode_plan(),
+            bonus: self.bonus.unwrap_or(UcbviParams::default().bonus),
+        }
+    }
+
+    /// What posterior sampling takes from the table.
+    pub fn psrl(&self) -> PsrlParams {
+        PsrlParams {
+            plan: self.episode_plan(),
+            prior_tries: self.prior_tries,
+            reward_deviation: self.reward_deviation,
         }
     }
 
@@ -285,8 +318,12 @@ mod tests {
             "q-learning",
             "sarsa",
             "dyna-q",
+            "dyna-q-plus",
             "planner",
             "policy-iteration",
+            "mbie-eb",
+            "ucbvi",
+            "psrl",
             "random",
         ] {
             let params = parse(&format!("kind = {kind:?}")).unwrap();
@@ -338,6 +375,15 @@ mod tests {
             (
                 "kind = \"policy-iteration\"\nevaluation_sweeps = 0",
                 "evaluation_sweeps",
+            ),
+            ("kind = \"dyna-q-plus\"\ntime_bonus = -1", "time_bonus"),
+            ("kind = \"mbie-eb\"\nhorizon = 0", "horizon"),
+            ("kind = \"mbie-eb\"\nbonus = nan", "bonus"),
+            ("kind = \"ucbvi\"\nbonus = 1e7", "bonus"),
+            ("kind = \"psrl\"\nprior_tries = 0", "prior_tries"),
+            (
+                "kind = \"psrl\"\nreward_deviation = inf",
+                "reward_deviation",
             ),
         ] {
             let error = parse(text).unwrap().validate().unwrap_err();

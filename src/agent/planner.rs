@@ -23,15 +23,19 @@
 //! - With γ = 1 a loop that pays is worth more than any number. Once a value exceeds ten times what the longest simple path
 //!   could earn there must be one, and from then on plans discount, as if an episode went on for about so many steps.
 //!
-//! The planner is the yardstick for what knowing the graph can give: it heeds neither shaping nor advice.
+//! The planner is the yardstick for what knowing the graph can give: it heeds no shaping, and no advice either, unless it is
+//! told to leave untried actions to it ([`Untried::Advised`]). Then of the most advised actions the best one is taken, whatever
+//! the others may be worth: the exploration says where to look for as long as it looks for something, and the plan does the
+//! rest. Plans then count, as that search does, an untried action of s as one that may lead back to any s′ from where s was
+//! entered, at little less reward; and hope for nothing else from it.
 
 use super::checks::{check_count, check_gamma, check_return};
 use super::greedy::{action, choose, first_best};
-use super::model::EmpiricalModel;
+use super::model::{EmpiricalModel, WayIn};
 use super::small_mdp::{Row, SmallMdp, Solution};
 use super::sweep::SweepQueue;
 use super::table::largest;
-use super::{Agent, Experience, Situation, UpdateInfo};
+use super::{Agent, Experience, Situation, Untried, UpdateInfo};
 use crate::env::{Action, StepStatus};
 use crate::graph::StateId;
 use crate::parameter::ParameterError;
@@ -65,6 +69,8 @@ pub struct PlannerParams {
     pub gamma: f64,
     /// m: tries after which an action counts as known; at least 1.
     pub known_after: u32,
+    /// What leads to unknown actions.
+    pub untried: Untried,
     /// U; `None`: from the largest reward seen.
     pub optimistic_value: Option<f64>,
     /// At most so many backups after one step, at least 1, be it for what the step taught or for a plan from the floor; what
@@ -77,6 +83,7 @@ impl Default for PlannerParams {
         PlannerParams {
             gamma: 1.0,
             known_after: 1,
+            untried: Untried::Optimistic,
             optimistic_value: None,
             max_backups: 100_000,
         }
@@ -180,13 +187,56 @@ impl Planner {
         self.params.optimistic_value.unwrap_or(from_rewards)
     }
 
+    /// What an unknown action of `state` counts for in plans.
+    fn unknown_value(&self, state: StateId) -> f64 {
+        match self.params.untried {
+            Untried::Optimistic => self.optimistic_value(),
+            Untried::Advised => {
+                let back = |way: WayIn| {
+                    way.reward - self.doubt() + self.gamma() * self.values[way.state.index()]
+                };
+                let ways = self.ways_back(state).map(back);
+                ways.fold(self.floor(), f64::max)
+            }
+        }
+    }
+
+    /// What a way that may not exist costs more than one that does: half a step, so that of two ways of the same length the
+    /// known one is taken.
+    fn doubt(&self) -> f64 {
+        0.5 * self.cheapest_step.unwrap_or(0.0) + 2.0 * STEP_COST
+    }
+
+    /// The ways into `state` from elsewhere, which an unknown action may undo.
+    fn ways_back(&self, state: StateId) -> impl Iterator<Item = WayIn> + '_ {
+        let ways = self.model.ways_into(state);
+        ways.filter(move |way| way.state != state)
+    }
+
     /// Below this no value falls.
     fn floor(&self) -> f64 {
         let cost = self
             .rewards
             .map_or(0.0, |(_, smallest)| (-smallest).max(0.0))
             + STEP_COST;
-        -LONG_PATHS * cost * (self.values.len() + 1) as f64
+        let states = self.values.len() + 1;
+        let states = match self.params.untried {
+            Untried::Optimistic => states,
+            // Values begin there, so that it had better seldom change.
+            Untried::Advised => states.next_power_of_two(),
+        };
+        -LONG_PATHS * cost * states as f64
+    }
+
+    /// Moves values that lay on the floor, and what rests on them, when it has sunk from `before`.
+    fn follow_floor(&mut self, before: f64) {
+        let floor = self.floor();
+        if self.params.untried == Untried::Advised && floor != before {
+            for value in self.values.iter_mut().filter(|value| **value == before) {
+                *value = floor;
+            }
+            self.queue_all(before - floor);
+        }
     }
 
     /// Above this no value rises with γ = 1 unless there is a loop that pays.
@@ -204,8 +254,13 @@ impl Planner {
     fn grow_to(&mut self, state: StateId) {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
-            let (optimistic, gamma) = (self.optimistic_value(), self.gamma());
-            self.values.resize(state.index() + 1, optimistic);
+            let (floor, gamma) = (self.floor(), self.gamma());
+            let unknown = match self.params.untried {
+                Untried::Optimistic => self.optimistic_value(),
+                Untried::Advised => floor,
+            };
+            self.values.resize(state.index() + 1, unknown);
+            self.follow_floor(floor);
             if self.gamma() != gamma {
                 self.queue_all(1.0);
             }
@@ -215,7 +270,7 @@ impl Planner {
     /// What `action` is worth by the present values.
     fn action_value(&self, state: StateId, action: Action) -> f64 {
         if self.model.tries(state, action) < self.params.known_after {
-            return self.optimistic_value();
+            return self.unknown_value(state);
         }
         let known = self
             .model
@@ -242,11 +297,18 @@ impl Planner {
         change
     }
 
-    /// Queues every state that has a way into `state`.
+    /// Queues every state that has a way into `state`, or may have one.
     fn pass_on(&mut self, state: StateId, change: f64) {
         for way in self.model.ways_into(state) {
             self.queue
                 .push(way.state.index(), self.gamma() * way.probability * change);
+        }
+        if self.params.untried == Untried::Advised {
+            let actions = 0..self.model.num_actions();
+            let next = actions.flat_map(|a| self.model.ways_out(state, action(a)));
+            for (next, _) in next {
+                self.queue.push(next.index(), self.gamma() * change);
+            }
         }
     }
 
@@ -285,29 +347,48 @@ impl Planner {
         }
     }
 
-    /// The actions of a state by the model; an unknown one is worth U, and then the task ends.
+    /// The actions of a state by the model.
     fn rows(&self, state: usize) -> Vec<Row> {
         let state = StateId(state as u32);
-        let row = |action: Action| {
-            if self.model.tries(state, action) < self.params.known_after {
-                return Row {
-                    reward: self.optimistic_value(),
-                    next: Vec::new(),
-                };
-            }
-            let reward = self.model.action_value(state, action, 1.0, |_| 0.0);
-            let ways = self.model.ways_out(state, action);
-            Row {
-                reward: reward.expect("the action was tried") - STEP_COST,
-                next: ways
-                    .filter(|&(to, _)| !self.model.is_terminal(to))
-                    .map(|(to, probability)| (to.index(), probability))
-                    .collect(),
-            }
-        };
-        (0..self.model.num_actions())
-            .map(|a| row(action(a)))
+        let actions = (0..self.model.num_actions()).map(action);
+        actions
+            .flat_map(
+                |action| match self.model.tries(state, action) < self.params.known_after {
+                    true => self.unknown_rows(state),
+                    false => vec![self.known_row(state, action)],
+                },
+            )
             .collect()
+    }
+
+    fn known_row(&self, state: StateId, action: Action) -> Row {
+        let reward = self.model.action_value(state, action, 1.0, |_| 0.0);
+        let ways = self.model.ways_out(state, action);
+        Row {
+            reward: reward.expect("the action was tried") - STEP_COST,
+            next: ways
+                .filter(|&(to, _)| !self.model.is_terminal(to))
+                .map(|(to, probability)| (to.index(), probability))
+                .collect(),
+        }
+    }
+
+    /// An unknown action is worth U or the floor, and then the task ends; or else it leads back.
+    fn unknown_rows(&self, state: StateId) -> Vec<Row> {
+        let end = |reward| Row {
+            reward,
+            next: Vec::new(),
+        };
+        match self.params.untried {
+            Untried::Optimistic => vec![end(self.optimistic_value())],
+            Untried::Advised => {
+                let back = self.ways_back(state).map(|way| Row {
+                    reward: way.reward - self.doubt(),
+                    next: vec![(way.state.index(), 1.0)],
+                });
+                std::iter::once(end(self.floor())).chain(back).collect()
+            }
+        }
     }
 
     /// Plans anew from the floor up, and rests as long as earns the backups of it; twice as long as last time if nothing
@@ -348,7 +429,9 @@ impl Planner {
         }
         let (largest, smallest) = self.rewards.unwrap_or((reward, reward));
         let before = self.rewards.map(|_| self.optimistic_value());
+        let floor = self.floor();
         self.rewards = Some((largest.max(reward), smallest.min(reward)));
+        self.follow_floor(floor);
         let after = self.optimistic_value();
         if before != Some(after) {
             self.queue_all(after.abs().max(1.0));
@@ -371,6 +454,9 @@ impl Agent for Planner {
         {
             *value = best;
         }
+        if self.params.untried == Untried::Advised {
+            keep_most_advised(&mut buffer, situation.advice);
+        }
         self.buffer = buffer;
         choose(&self.buffer, &self.no_advice, 0.0, &mut self.rng)
     }
@@ -381,6 +467,9 @@ impl Agent for Planner {
         self.note_reward(experience.reward, experience.status);
         if self.model.record(experience) {
             self.pass_on(next, self.values[next.index()].abs().max(1.0));
+        }
+        if self.params.untried == Untried::Advised {
+            self.queue.push(next.index(), 1.0); // where there may be a new way back
         }
         let td_error = self.back_up(state);
         let earned = (BACKUPS_PER_STATE * self.values.len()).max(MIN_BACKUPS);
@@ -400,11 +489,32 @@ impl Agent for Planner {
         UpdateInfo { td_error }
     }
 
-    fn greedy_action(&self, state: StateId, _advice: &[f64]) -> Option<Action> {
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
         self.value(state)?;
-        let values: Vec<f64> = (0..self.model.num_actions())
+        let mut values: Vec<f64> = (0..self.model.num_actions())
             .map(|a| self.action_value(state, action(a)))
             .collect();
+        if self.params.untried == Untried::Advised {
+            keep_most_advised(&mut values, advice);
+        }
         first_best(&values)
+    }
+}
+
+/// Makes actions worthless that are advised less than others.
+///
+/// # Panics
+/// If there is not one number of advice per action.
+fn keep_most_advised(values: &mut [f64], advice: &[f64]) {
+    assert_eq!(
+        values.len(),
+        advice.len(),
+        "one number of advice per action"
+    );
+    let most = largest(advice);
+    for (value, &advice) in values.iter_mut().zip(advice) {
+        if advice < most {
+            *value = f64::NEG_INFINITY;
+        }
     }
 }

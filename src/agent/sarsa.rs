@@ -4,8 +4,8 @@
 //! with Σ_b π(b|s′) Q(s′, b) in its place. Advice bends π in both.
 
 use super::checks::{check_action_values, check_rate};
+use super::choices::Bootstrap;
 use super::greedy::{advised, choose, expectation, first_best};
-use super::params::Bootstrap;
 use super::table::ActionTable;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::Action;

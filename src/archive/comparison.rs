@@ -1,5 +1,6 @@
 //! Results of a comparison: arms side by side over the same seeds.
 
+use crate::statistics::Verdict;
 use serde::{Deserialize, Serialize};
 
 /// Moment when returns had come near the optimum, counted from the last move of the goals.
@@ -33,6 +34,19 @@ pub struct TrialResult {
     /// 1 + (R* − R̄) / |R*|, with the largest |reward| of the world in place of |R*| where R* = 0: 1 is the best, and where
     /// every step costs the same this is `final_mean_steps` ÷ `optimal_steps`.
     pub final_ratio: f64,
+    /// Expected return of an episode of the final greedy policy under the step limit, exactly, with the advice of φ; none if
+    /// the agent prefers no action anywhere.
+    #[serde(default)]
+    pub greedy_return: Option<f64>,
+    /// The same without any advice: of what was learnt alone.
+    #[serde(default)]
+    pub greedy_return_unadvised: Option<f64>,
+    /// Whether `greedy_return` is below R* − 0.05 |R*|, with the largest |reward| in place of |R*| where R* = 0.
+    #[serde(default)]
+    pub failed: Option<bool>,
+    /// Whether `greedy_return_unadvised` is.
+    #[serde(default)]
+    pub failed_unadvised: Option<bool>,
     /// Episodes before the goals moved, if they did: what is optimal, what is final and the approach to the optimum are
     /// then of the episodes since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,6 +66,9 @@ pub struct TrialResult {
     pub spectrum_refreshes: usize,
     /// How often the potential's network was fitted.
     pub gcn_fits: usize,
+    /// Epochs that it was trained for in all fits together.
+    #[serde(default)]
+    pub gcn_epochs: usize,
     /// States where φ at the end of the run would hold up an agent that climbs it; none without a potential.
     pub spurious_maxima: Option<usize>,
 }
@@ -110,7 +127,7 @@ pub struct IqmInterval {
     pub high: f64,
 }
 
-/// Median and its 95 % bootstrap interval.
+/// Median and its exact 95 % interval between two of the values; of fewer than 6 between all of them, which is less sure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MedianInterval {
     /// Median over seeds; none if it is not defined.
@@ -119,6 +136,22 @@ pub struct MedianInterval {
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
+}
+
+/// Difference of the regrets of two arms, seed by seed, in shares of the median regret of the second.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArmDifference {
+    /// The first arm.
+    pub arm: String,
+    /// The second.
+    pub against: String,
+    /// (ρ − ρ of the second) ÷ its median, over seeds; the interval allows for the number of differences.
+    #[serde(flatten)]
+    pub share: MedianInterval,
+    /// How sure the interval is.
+    pub confidence: f64,
+    /// What it shows.
+    pub verdict: Verdict,
 }
 
 /// Probability and its 95 % bootstrap interval.
@@ -170,6 +203,18 @@ pub struct ArmSummary {
     pub final_return: MedianInterval,
     /// How far that is from the best, 1 ([`TrialResult::final_ratio`]): median over seeds.
     pub final_ratio: f64,
+    /// Exact return of the final greedy policy, with the advice of φ; none if it prefers nothing.
+    pub greedy_return: MedianInterval,
+    /// The same without any advice.
+    pub greedy_return_unadvised: MedianInterval,
+    /// Share of seeds whose greedy policy falls short of the optimum by more than a twentieth ([`TrialResult::failed`]).
+    pub failures: Option<f64>,
+    /// The same without any advice.
+    pub failures_unadvised: Option<f64>,
+    /// The seed with the most regret.
+    pub worst_seed: u64,
+    /// Median of the epochs that the network was trained for in a run.
+    pub gcn_epochs: f64,
     /// Largest number of false maxima of φ at the end of a run; none without a potential.
     pub spurious_maxima: Option<usize>,
 }
@@ -219,9 +264,9 @@ pub struct Comparison {
     pub arms: Vec<ArmSummary>,
     /// Episodes of each run.
     pub episodes: usize,
-    /// Mean length of an episode under the best policy.
+    /// Mean length of an episode under the best policy, over the seeds.
     pub optimal_steps: f64,
-    /// Mean return of such an episode, R*.
+    /// Mean return of such an episode, R*, over the seeds.
     pub optimal_return: f64,
     /// Episodes before the goals moved, if they did: what is optimal, the steps and episodes to 1.5 and 1.1 times the
     /// optimum, and what is final are of the episodes since.
@@ -229,9 +274,19 @@ pub struct Comparison {
     pub goals_moved_after: Option<usize>,
     /// Regret of the sparse arm that the ratios refer to, whether it was asked for or not.
     pub sparse_regret: IqmInterval,
+    /// The other arms against the default one (against the first one, if that is not there); none with a single arm.
+    #[serde(default)]
+    pub differences: Vec<ArmDifference>,
     /// How the sparse arm was tuned, if it was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
     /// What the clock said, by arm.
     pub timing: Vec<ArmTiming>,
+}
+
+impl Comparison {
+    /// The difference of the arm `name` to the one that all are shown against; none of that arm itself.
+    pub fn difference(&self, name: &str) -> Option<&ArmDifference> {
+        self.differences.iter().find(|found| found.arm == name)
+    }
 }

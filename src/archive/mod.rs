@@ -32,8 +32,8 @@ mod trial_record;
 
 pub use bounded::BoundedEpisodes;
 pub use comparison::{
-    ArmSummary, ArmTiming, Comparison, FirstWithin, IqmInterval, LearningCurve, MedianInterval,
-    Moments, ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
+    ArmDifference, ArmSummary, ArmTiming, Comparison, FirstWithin, IqmInterval, LearningCurve,
+    MedianInterval, Moments, ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
 };
 pub use comparison_files::{Compared, TrialsByArm, begin_arm, begin_comparison, write_comparison};
 pub use error::ArchiveError;

@@ -2,93 +2,232 @@
 
 use super::Ending;
 use crate::cli;
-use crate::output::print;
+use crate::output::{print, print_json};
 use anyhow::Result;
 use comfy_table::{Table, presets};
+use eigentrail::agent::AgentKind;
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{ArmParams, Loaded, Scenario, World, Worlds};
 use eigentrail::telemetry::say;
+use serde::Serialize;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     if args.resolved {
         print(&loaded.scenario.to_toml());
-    } else {
-        print(&summary(&loaded)?);
-        warn_of(&loaded.worlds);
+        return Ok(Ending::Done);
+    }
+    let facts = Facts::of(&loaded)?;
+    match args.json {
+        true => print_json(&facts),
+        false => print(&table(&loaded, &facts)),
+    }
+    for warning in &facts.warnings {
+        say(format!("warning: {warning}"));
     }
     Ok(Ending::Done)
 }
 
-/// Says on stderr what the author of the world may not have meant.
-fn warn_of(worlds: &Worlds) {
-    for caution in worlds.first().cautions() {
-        say(format!("warning: {caution}"));
-    }
-    let moved = worlds.moved();
-    for caution in moved.iter().flat_map(|moved| moved.world.cautions()) {
-        say(format!("warning: since the goals moved, {caution}"));
+/// What a scenario amounts to, as `check --json` prints it.
+#[derive(Serialize)]
+struct Facts<'a> {
+    scenario: &'a str,
+    /// `env.kind`.
+    kind: &'static str,
+    states: usize,
+    /// Those that can be reached from where episodes begin.
+    reachable: usize,
+    actions: usize,
+    /// After how many steps an episode is cut off.
+    max_steps: usize,
+    #[serde(flatten)]
+    best: Best,
+    /// Of a continuing task, what the best policy earns a step.
+    optimal_gain: Option<f64>,
+    /// Steps between the two states farthest from each other, ends leading back to the starts.
+    diameter: Option<f64>,
+    /// The reason, if there is none.
+    why_no_diameter: Option<String>,
+    /// Σ 1 / (V* − Q*) under `agent.gamma`, over the actions that are not the best.
+    sum_of_inverse_gaps: Option<f64>,
+    /// The reason, if there is none.
+    why_no_sum_of_inverse_gaps: Option<String>,
+    gamma: f64,
+    agent: String,
+    potential: String,
+    exploration: String,
+    num_eigenpairs: usize,
+    episodes: usize,
+    /// What a run needs, about.
+    memory_bytes: u64,
+    /// What changes when the goals move, if they do.
+    moved: Option<Moved>,
+    /// What the scenario's author may not have meant.
+    warnings: Vec<String>,
+}
+
+/// An episode of the best policy.
+#[derive(Serialize)]
+struct Best {
+    optimal_steps: f64,
+    optimal_return: f64,
+}
+
+#[derive(Serialize)]
+struct Moved {
+    /// Episodes before the move.
+    after: usize,
+    #[serde(flatten)]
+    best: Best,
+}
+
+impl Best {
+    fn of(world: &World) -> Self {
+        let optimum = world.optimum();
+        Self {
+            optimal_steps: optimum.expected_steps,
+            optimal_return: optimum.expected_return,
+        }
     }
     for caution in worlds.potential_cautions() {
         say(format!("warning: {caution}"));
     }
 }
 
-/// What the scenario amounts to; refused if it cannot fit into this machine.
-fn summary(loaded: &Loaded) -> Result<String> {
-    let (scenario, world) = (&loaded.scenario, loaded.worlds.first());
-    require_memory(scenario, world, 1).map_err(Error::from)?;
-    let (states, reachable) = world.num_states();
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(["scenario", &scenario.name]);
-    table.add_rows([
-        ["world", &describe(scenario, world)],
-        [
-            "states",
-            &format!(
-                "{}, {} of them reachable",
-                grouped(states as u64),
-                grouped(reachable as u64)
-            ),
-        ],
-        ["actions", &world.num_actions().to_string()],
-        [
-            "step limit of an episode",
-            &grouped(world.max_steps() as u64),
-        ],
-        ["optimal episode", &optimal(world)],
-        ["agent", &kind_of(scenario, "agent", "kind")],
-        ["potential", &kind_of(scenario, "shaping", "potential")],
-        ["exploration", &kind_of(scenario, "exploration", "kind")],
-        ["eigenpairs", &scenario.spectral.num_eigenpairs.to_string()],
-        ["episodes", &episodes(scenario)],
-        [
-            "memory, about",
-            &megabytes(estimated_bytes(scenario, reachable, world.num_actions())),
-        ],
-    ]);
-    if let Some(moved) = loaded.worlds.moved() {
-        table.add_row([
-            "optimal episode since the goals moved",
-            &optimal(&moved.world),
-        ]);
+impl<'a> Facts<'a> {
+    /// Refused if the scenario cannot fit into this machine.
+    fn of(loaded: &'a Loaded) -> Result<Self> {
+        let (scenario, world) = (&loaded.scenario, loaded.worlds.first());
+        require_memory(scenario, world, 1).map_err(Error::from)?;
+        let (states, reachable) = world.num_states();
+        let (diameter, why_no_diameter) = number_or_reason(world.diameter());
+        let gaps = world.sum_of_inverse_gaps(scenario.agent.gamma);
+        let (sum_of_inverse_gaps, why_no_sum_of_inverse_gaps) = number_or_reason(gaps);
+        let moved = loaded.worlds.moved();
+        Ok(Self {
+            scenario: &scenario.name,
+            kind: scenario.env.kind.name(),
+            states,
+            reachable,
+            actions: world.num_actions(),
+            max_steps: world.max_steps(),
+            best: Best::of(world),
+            optimal_gain: world.optimal_gain(),
+            diameter,
+            why_no_diameter,
+            sum_of_inverse_gaps,
+            why_no_sum_of_inverse_gaps,
+            gamma: scenario.agent.gamma,
+            agent: kind_of(scenario, "agent", "kind"),
+            potential: kind_of(scenario, "shaping", "potential"),
+            exploration: kind_of(scenario, "exploration", "kind"),
+            num_eigenpairs: scenario.spectral.num_eigenpairs,
+            episodes: scenario.run.episodes,
+            memory_bytes: estimated_bytes(scenario, reachable, world.num_actions()),
+            moved: moved.map(|moved| Moved {
+                after: moved.after,
+                best: Best::of(&moved.world),
+            }),
+            warnings: warnings(scenario, &loaded.worlds),
+        })
     }
-    for (name, arm) in &scenario.arms {
-        table.add_row([format!("arm {name}"), describe_arm(arm)]);
-    }
-    Ok(table.trim_fmt())
 }
 
-fn optimal(world: &World) -> String {
-    let optimum = world.optimum();
+fn number_or_reason(measure: Result<f64, String>) -> (Option<f64>, Option<String>) {
+    match measure {
+        Ok(number) => (Some(number), None),
+        Err(reason) => (None, Some(reason)),
+    }
+}
+
+/// What the author of the scenario may not have meant.
+fn warnings(scenario: &Scenario, worlds: &Worlds) -> Vec<String> {
+    let mut warnings = worlds.first().cautions();
+    let moved = worlds.moved();
+    let since = moved.iter().flat_map(|moved| moved.world.cautions());
+    warnings.extend(since.map(|caution| format!("since the goals moved, {caution}")));
+    let copes = matches!(scenario.agent.kind, AgentKind::Planner | AgentKind::Random);
+    if worlds.first().optimal_gain().is_some() && scenario.agent.gamma == 1.0 && !copes {
+        warnings.push(
+            "a continuing task has no end, and with agent.gamma = 1 what this agent learns has no bound; set agent.gamma \
+             below 1, to 0.99 for example"
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+/// The facts for people.
+fn table(loaded: &Loaded, facts: &Facts) -> String {
+    let (scenario, world) = (&loaded.scenario, loaded.worlds.first());
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_header(["scenario", facts.scenario]);
+    let best = match facts.optimal_gain {
+        Some(_) => "optimal window of that life",
+        None => "optimal episode",
+    };
+    let mut row = |name: &str, value: String| {
+        table.add_row([name, &value]);
+    };
+    row("world", describe(scenario, world));
+    row(
+        "states",
+        format!(
+            "{}, {} of them reachable",
+            grouped(facts.states as u64),
+            grouped(facts.reachable as u64)
+        ),
+    );
+    row("actions", facts.actions.to_string());
+    row("step limit of an episode", grouped(facts.max_steps as u64));
+    if let Some(gain) = facts.optimal_gain {
+        row(
+            "optimal life without end",
+            format!("{:.6} a step", Short(gain)),
+        );
+    }
+    row(best, optimal(&facts.best));
+    row(
+        "diameter",
+        match (facts.diameter, &facts.why_no_diameter) {
+            (Some(steps), _) => format!("{:.3} steps", Short(steps)),
+            (None, why) => why.clone().unwrap_or_default(),
+        },
+    );
+    row(
+        "Σ 1/gap",
+        match (facts.sum_of_inverse_gaps, &facts.why_no_sum_of_inverse_gaps) {
+            (Some(sum), _) => format!("{:.6} at gamma = {}", Short(sum), facts.gamma),
+            (None, why) => why.clone().unwrap_or_default(),
+        },
+    );
+    row("agent", facts.agent.clone());
+    row("potential", facts.potential.clone());
+    row("exploration", facts.exploration.clone());
+    row("eigenpairs", facts.num_eigenpairs.to_string());
+    row("episodes", episodes(scenario));
+    row("memory, about", megabytes(facts.memory_bytes));
+    if let Some(moved) = &facts.moved {
+        row(
+            "optimal episode since the goals moved",
+            optimal(&moved.best),
+        );
+    }
+    for (name, arm) in &scenario.arms {
+        row(&format!("arm {name}"), describe_arm(arm));
+    }
+    table.trim_fmt()
+}
+
+fn optimal(best: &Best) -> String {
     format!(
         "{:.6} steps, return {:.6}",
-        Short(optimum.expected_steps),
-        Short(optimum.expected_return)
+        Short(best.optimal_steps),
+        Short(best.optimal_return)
     )
 }
 

@@ -45,7 +45,9 @@ impl Progress {
     /// So many are done; `detail` says something about the last one.
     pub fn reach(&mut self, done: u64, detail: impl FnOnce() -> String) {
         self.done = done;
+        self.total = self.total.max(done); // a search may turn out longer than was known
         if let Some(bar) = &self.bar {
+            bar.set_length(self.total);
             bar.set_position(done);
         } else if self.lines && self.said.elapsed() >= LINE_EVERY {
             self.said = Instant::now();

@@ -106,11 +106,20 @@ fn facts(world: &World) -> String {
         World::Grid(map) if map.params().random_start => "random start, ".to_owned(),
         _ => String::new(),
     };
+    let best = match world.optimal_gain() {
+        Some(gain) => format!(
+            "windows of {} steps, optimal life {gain:.4} a step",
+            grouped(world.max_steps() as u64)
+        ),
+        None => format!(
+            "optimal episode {:.1} steps",
+            world.optimum().expected_steps
+        ),
+    };
     format!(
-        "{size}{} states, {} reachable, {starts}optimal episode {:.1} steps\n",
+        "{size}{} states, {} reachable, {starts}{best}\n",
         grouped(states as u64),
-        grouped(reachable as u64),
-        world.optimum().expected_steps
+        grouped(reachable as u64)
     )
 }
 

@@ -96,6 +96,11 @@ pub enum EnvError {
     /// No goal at all.
     #[error("there is no goal: mark one G in the map, or name a place")]
     NoGoal,
+    /// Nowhere to draw a goal from.
+    #[error(
+        "there is no place for a random goal: no free cell but the start can be reached; open a way, or move the start"
+    )]
+    NoPlaceForGoal,
     /// The start lies in a wall.
     #[error("the start [{row}, {col}] is in a wall: choose a free cell")]
     StartInWall {
@@ -239,6 +244,36 @@ pub enum EnvError {
         start: String,
         /// Number of states.
         states: usize,
+    },
+    /// A continuing task that ends.
+    #[error(
+        "a continuing task has no end, but {end:?} is one and can be reached: leave out continuing, or the ends"
+    )]
+    ContinuingEnd {
+        /// The end's name.
+        end: String,
+    },
+    /// A continuing task with a way that cannot be gone back.
+    #[error(
+        "every state of a continuing task must be reachable from every other, but {to:?} cannot be reached from {from:?}: \
+         add a way, or leave out continuing"
+    )]
+    NoWayBack {
+        /// Name of the state with no way out to the other.
+        from: String,
+        /// Name of the other.
+        to: String,
+    },
+    /// A continuing task of which what is best could not be found.
+    #[error(
+        "the world is too large or too slow for a continuing task: what its best policy earns a step lies between {lower} and \
+         {upper}, and closing this would take too long; make it smaller, or leave out continuing"
+    )]
+    GainUnsettled {
+        /// Lower bound of the gain.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
     },
     /// A name that is not in the edge list.
     #[error("{file}: no state is named {name:?}{}", suggestion(.nearest))]

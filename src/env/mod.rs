@@ -29,7 +29,9 @@ pub use edge_list::{EdgeList, EdgeListGoal, EdgeListParams};
 pub use error::{EdgeListProblem, EnvError};
 pub use grid_world::{GridWorld, GridWorldParams, RewardScheme};
 pub use layouts::{Cell, Direction, Doors, GoalCell, Landmark, Layout, Placement, Tile};
-pub use tabular::{Caution, MdpState, Optimum, Outcome, TabularEnvironment, TabularMdp};
+pub use tabular::{
+    Caution, MdpState, NoGain, Optimum, Outcome, TabularEnvironment, TabularMdp, Unmeasured,
+};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -116,7 +118,8 @@ pub trait Model: Environment {
     /// If `state` is not one of this world's states.
     fn mdp_index(&self, state: &Self::State) -> usize;
 
-    /// Where an episode may begin, as numbers in [`to_mdp`](Self::to_mdp), each equally likely; never empty.
+    /// Where an episode may begin, as numbers in [`to_mdp`](Self::to_mdp), each equally likely; never empty. Of a continuing
+    /// task, where its one life begins.
     fn start_states(&self) -> Vec<usize>;
 
     /// After how many steps an episode is truncated; at least 1.
@@ -126,6 +129,12 @@ pub trait Model: Environment {
     fn optimum(&self) -> Optimum {
         self.to_mdp()
             .optimum(&self.start_states(), self.max_steps())
+    }
+
+    /// Of a continuing task, whose resets break nothing off, what the best policy earns a step; `None` where episodes
+    /// begin anew.
+    fn optimal_gain(&self) -> Option<f64> {
+        None
     }
 }
 

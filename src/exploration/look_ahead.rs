@@ -12,7 +12,7 @@ const POOLED_TRIES: f64 = 32.0;
 impl ExplorationModel {
     /// Writes the part of the advice for `state` that lasts, one logit per action: `potential_advice` times the expected
     /// rise of `potential` along each action, in units of `unit` > 0, the rise that one step towards the goal is worth
-    /// on average. All 0 before the first goal. O(out-degree · actions).
+    /// on average. All 0 before the first goal, and where `potential_advice` is 0. O(out-degree · actions).
     ///
     /// # Panics
     /// If `state` is not in `graph`, or `advice` is shorter than the actions are many.
@@ -25,7 +25,7 @@ impl ExplorationModel {
         advice: &mut [f64],
     ) {
         advice.fill(0.0);
-        if !self.destinations.is_empty() {
+        if !self.destinations.is_empty() && self.params.potential_advice > 0.0 {
             self.advise_climb(graph, state, potential, unit, advice);
         }
     }

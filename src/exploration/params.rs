@@ -39,7 +39,8 @@ pub struct ExplorationParams {
     pub kind: ExplorationKind,
     /// Logits added to the action on the way to the frontier.
     pub frontier_advice: f64,
-    /// Logits added for a rise of the potential worth one step, once a goal has been reached.
+    /// Logits added for a rise of the potential worth one step, once a goal has been reached; with 0 all that is advised then is
+    /// what the search for something better has planned.
     pub potential_advice: f64,
     /// What is looked for once a goal has been reached: seen-goals | any-goal | none
     pub optimism: Optimism,

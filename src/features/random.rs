@@ -1,11 +1,9 @@
 //! Features that know nothing of the graph: the control that shows what the others know.
 
-use crate::seeds::{Stream, stream};
+use crate::seeds::{Stream, standard_normal, stream};
 use faer::{Mat, MatRef};
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// Independent standard normal rows, one for each state by its number. Rows never change once they are drawn.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -44,12 +42,6 @@ impl RandomFeatures {
     pub fn features(&self) -> MatRef<'_, f64> {
         self.rows.as_ref()
     }
-}
-
-/// Box & Muller 1958, one of the two.
-fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
-    radius * libm::cos(TAU * rng.random::<f64>())
 }
 
 #[cfg(test)]

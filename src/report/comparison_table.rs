@@ -1,7 +1,10 @@
 //! Comparisons as people read them: a table for each world, and one over all worlds.
 
 use super::terminal::{amount, counts_steps, grouped, whole};
-use crate::archive::{ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments};
+use crate::archive::{
+    ArmDifference, ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments,
+};
+use crate::statistics::{EQUIVALENCE_MARGIN, Verdict};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
@@ -21,14 +24,16 @@ pub fn render_comparison(comparison: &Comparison, style: TableStyle) -> String {
     if comparison.tuning.is_some() {
         header.push("÷ tuned");
     }
+    if !comparison.differences.is_empty() {
+        header.push("paired");
+    }
     header.extend([
-        "better",
         "first goal",
-        "to 1.5×",
         "to 1.1×",
         "final",
+        "greedy",
+        "failed",
         "false max.",
-        "ms a run",
         "µs a step",
     ]);
     let mut table = table(style, header);
@@ -56,7 +61,7 @@ pub fn render_overview(comparisons: &[Comparison], style: TableStyle) -> String 
         table.add_row([comparison.scenario.clone()].into_iter().chain(ratios));
     }
     let mut text = align_right(table);
-    text.push_str("\nMedians over seeds, with 95 % bootstrap intervals.\n");
+    text.push_str("\nMedians over seeds, with exact 95 % intervals.\n");
     text
 }
 
@@ -109,18 +114,51 @@ fn row(arm: &ArmSummary, timing: &ArmTiming, comparison: &Comparison) -> Vec<Str
     if comparison.tuning.is_some() {
         cells.push(arm.ratio_to_tuned_sparse.as_ref().map_or_else(dash, ratio));
     }
-    let time = &timing.median;
+    if !comparison.differences.is_empty() {
+        cells.push(paired(comparison.difference(&arm.name)));
+    }
     cells.extend([
-        format!("{:.2}", arm.probability_of_improvement.value),
         moments(&arm.first_goal_step),
-        moments(&arm.steps_to_1_5x),
         moments(&arm.steps_to_1_1x),
         final_cell(arm, comparison.optimal_return),
+        greedy_cell(&arm.greedy_return, comparison.optimal_return),
+        arm.failures.map_or_else(dash, percent),
         arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),
-        format!("{:.0}", time.wall_seconds * 1e3),
-        format!("{:.2}", 1e6 / time.steps_per_second),
+        format!("{:.2}", 1e6 / timing.median.steps_per_second),
     ]);
     cells
+}
+
+/// A difference in per cent, and what it shows.
+fn paired(difference: Option<&ArmDifference>) -> String {
+    let Some(ArmDifference { share, verdict, .. }) = difference else {
+        return dash();
+    };
+    let sign = match verdict {
+        Verdict::Equivalent => "=",
+        Verdict::Less => "<",
+        Verdict::More => ">",
+        Verdict::Open => "?",
+    };
+    let share = share.median.unwrap_or_default();
+    match share.abs() {
+        ..9.995 => format!("{sign} {:+.0} %", 100.0 * share),
+        _ => format!("{sign} {:+.0}×", share),
+    }
+}
+
+/// The exact return of the greedy policy, beside R* where that is not a cost.
+pub(super) fn greedy_cell(value: &MedianInterval, optimal_return: f64) -> String {
+    match value.median {
+        None => dash(),
+        Some(earned) if optimal_return < 0.0 => amount(earned),
+        Some(earned) => format!("{} of {}", amount(earned), amount(optimal_return)),
+    }
+}
+
+/// A share of seeds.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
 }
 
 /// The return of the last episodes ÷ R* where both are costs, so that more is worse; "0.31 of 1.00" where the best policy
@@ -145,11 +183,24 @@ fn times(ratio: f64) -> String {
 /// What the columns mean and refer to.
 fn notes(comparison: &Comparison) -> String {
     let mut text = String::from(
-        "[ ]: 95 % bootstrap interval. better: chance of less regret than sparse. first goal, to 1.5×, to 1.1×: median \
-         environment steps, – if half of the seeds or more never get there.",
+        "[ ]: 95 % interval, of medians exact, of IQM by bootstrap. first goal, to 1.1×: median environment steps, – if half of \
+         the seeds or more never get there.",
     );
     text += nearness(comparison.optimal_return);
-    text.push('\n');
+    text += " greedy: exact return of the final greedy policy, median. failed: seeds in which it is below R* − 0.05 |R*|.\n";
+    if let Some(difference) = comparison.differences.first() {
+        let _ = writeln!(
+            text,
+            "paired: regret − that of {} with the same seed, median in shares of what {} has; < less, > more, = within \
+             {:.0} %, ? nothing is shown, all together with 95 %.",
+            difference.against,
+            difference.against,
+            100.0 * EQUIVALENCE_MARGIN
+        );
+    }
+    if comparison.seeds.len() < 6 {
+        text += "With fewer than 6 seeds the intervals of medians hold all seeds, and are less sure than 95 %.\n";
+    }
     if let Some(after) = comparison.goals_moved_after {
         let _ = writeln!(
             text,
@@ -288,6 +339,20 @@ mod tests {
                 high: Some(-20.0),
             },
             final_ratio: 1.054,
+            greedy_return: MedianInterval {
+                median: Some(-20.0),
+                low: Some(-20.0),
+                high: Some(-20.0),
+            },
+            greedy_return_unadvised: MedianInterval {
+                median: None,
+                low: None,
+                high: None,
+            },
+            failures: Some(0.25),
+            failures_unadvised: None,
+            worst_seed: 1001,
+            gcn_epochs: 30.0,
             spurious_maxima: None,
         };
         Comparison {
@@ -303,6 +368,7 @@ mod tests {
                 low: 9_000.0,
                 high: 12_000.0,
             },
+            differences: Vec::new(),
             tuning: None,
             timing: vec![ArmTiming {
                 name: "gcn".to_owned(),
@@ -322,7 +388,7 @@ mod tests {
         let text = render_comparison(&comparison(), TableStyle::Markdown);
         for words in [
             "four-rooms: 4 seeds (1000–1002, 7), 500 episodes each, optimal episode 20.0 steps",
-            "| gcn | 1 234 [990, 1 501] | 0.035 [0.0031, 1.50] |   1.00 |        321 |   1 001 |       – |  1.05 |          – |      250 |     25.00 |",
+            "| gcn | 1 234 [990, 1 501] | 0.035 [0.0031, 1.50] |        321 |       – |  1.05 |  -20.0 |   25 % |          – |     25.00 |",
             "The sparse arm was run for the ratios: regret 10 350 [9 000, 12 000].",
         ] {
             assert!(text.contains(words), "no {words} in\n{text}");
@@ -349,6 +415,36 @@ mod tests {
         assert!(text.contains("|       – |  1.30 |"), "{text}");
         assert!(
             text.contains("return -10.0\n") && text.contains("≥ 1.1 R*"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn differences_say_what_they_show() {
+        let difference = |median: f64, verdict| ArmDifference {
+            arm: "heat".to_owned(),
+            against: "gcn".to_owned(),
+            share: MedianInterval {
+                median: Some(median),
+                low: None,
+                high: None,
+            },
+            confidence: 0.96,
+            verdict,
+        };
+        let shown = |median, verdict| paired(Some(&difference(median, verdict)));
+        assert_eq!(shown(0.042, Verdict::Equivalent), "= +4 %");
+        assert_eq!(shown(-0.5, Verdict::Less), "< -50 %");
+        assert_eq!(shown(57.3, Verdict::More), "> +57×");
+        assert_eq!(paired(None), "–");
+        let mut two = comparison();
+        two.arms.push(two.arms[0].clone());
+        two.arms[1].name = "heat".to_owned();
+        two.timing.push(two.timing[0].clone());
+        two.differences = vec![difference(0.3, Verdict::Open)];
+        let text = render_comparison(&two, TableStyle::Markdown);
+        assert!(
+            text.contains("? +30 %") && text.contains("that of gcn"),
             "{text}"
         );
     }

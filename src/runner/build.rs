@@ -30,8 +30,8 @@ where
     E::State: Send,
 {
     let num_actions = world.num_actions();
-    let params = &scenario.agent;
-    let agent = build_agent(params, num_actions, scenario.shaping.mix, seed);
+    let params = scenario.agent.with_step_limit(world.max_steps());
+    let agent = build_agent(&params, num_actions, scenario.shaping.mix, seed);
     let agent_features = match (params.kind, params.features) {
         (AgentKind::ActorCritic, FeatureKind::Pvf) => Some(FeatureSource::Pvf),
         (AgentKind::ActorCritic, FeatureKind::Deepwalk) => Some(FeatureSource::Deepwalk),

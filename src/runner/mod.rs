@@ -12,6 +12,7 @@ mod build;
 mod compare;
 mod error;
 mod estimate;
+mod evaluation;
 mod nearness;
 mod observer;
 mod optimal_returns;

@@ -3,6 +3,7 @@
 //! ```text
 //! R is within x times the optimum   where   R ≥ R* − (x − 1) s,   s = |R*|, or the largest |r| of the world where R* = 0
 //! final ratio                       =       1 + (R* − R̄) / s      so that R̄ is within x times iff its ratio is at most x
+//! a policy of return R fails        where   R < R* − 0.05 s
 //! ```
 //!
 //! Where every step costs the same, R = −c · length and R* = −c · length*: both say of returns what they said of lengths.
@@ -15,6 +16,9 @@ const ROUNDING: f64 = 1e-12;
 
 /// Share of s that a sum of rewards may fall short by: 1.1 × 8 is not 8.8 in binary, nor is eight times −0.1.
 const SLACK: f64 = 1e-10;
+
+/// Share of s that the return of a policy may be below R* without failing.
+const FAILURE: f64 = 0.05;
 
 /// The best there is in one world, and what is near it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,9 +34,7 @@ pub struct Nearness {
 impl Nearness {
     /// That of a world. See [`TabularMdp::optimum`](crate::env::TabularMdp::optimum) for the cost.
     pub fn of(world: &impl Model) -> Self {
-        let mdp = world.to_mdp();
-        let optimum = mdp.optimum(&world.start_states(), world.max_steps());
-        Self::new(optimum, mdp.reward_range())
+        Self::new(world.optimum(), world.to_mdp().reward_range())
     }
 
     /// That of a world with this optimum, whose rewards lie between the two.
@@ -63,6 +65,11 @@ impl Nearness {
         };
         let n = returns.len() as f64;
         returns.iter().sum::<f64>() >= (least - SLACK * self.scale) * n
+    }
+
+    /// Whether a policy with this expected return has failed.
+    pub fn fails(&self, expected_return: f64) -> bool {
+        !self.holds(&[expected_return], 1.0 + FAILURE)
     }
 
     /// The final ratio of episodes with this mean return and mean length; 1 is the best.

@@ -5,6 +5,8 @@
 
 use super::nearness::Nearness;
 use crate::scenario::{World, Worlds};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Returns and lengths of the best policy in each episode of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,15 +16,20 @@ pub struct OptimalReturns {
 }
 
 impl OptimalReturns {
-    /// The optimum before and after the goals move; see [`Nearness::of`] for the cost. No seed has a part in it.
-    pub fn of(worlds: &Worlds) -> Self {
+    /// The optimum before and after the goals move, for a run with this seed, which has a part in it only if the worlds
+    /// [differ by seed](Worlds::differ_by_seed); see [`Nearness::of`] for the cost.
+    pub fn of(worlds: &Worlds, seed: u64) -> Self {
         let nearness = |world: &World| match world {
             World::Grid(world) => Nearness::of(world),
             World::Listed(world, _) => Nearness::of(world),
         };
         let moved = worlds.moved();
+        let first = match worlds.differ_by_seed() {
+            true => nearness(&worlds.first_for(seed)),
+            false => nearness(worlds.first()),
+        };
         Self {
-            first: nearness(worlds.first()),
+            first,
             moved: moved.map(|moved| (moved.after, nearness(&moved.world))),
         }
     }
@@ -55,6 +62,25 @@ impl OptimalReturns {
     /// Of something that was noted for each episode so far, what was noted under the last goals.
     pub fn since_move<'a, T>(&self, noted: &'a [T]) -> &'a [T] {
         &noted[self.moved_after(noted.len()).unwrap_or(0)..]
+    }
+}
+
+/// The optima of a scenario, each worked out once, when it is first asked for.
+#[derive(Debug, Default)]
+pub struct KnownOptima {
+    /// By seed; under no seed that of worlds without differences.
+    known: Mutex<HashMap<Option<u64>, Arc<OnceLock<OptimalReturns>>>>,
+}
+
+impl KnownOptima {
+    /// The one for a run with this seed in these worlds, which are the same ones at every call. Who asks for one that is being
+    /// worked out waits for it; others do not.
+    pub fn of(&self, worlds: &Worlds, seed: u64) -> OptimalReturns {
+        let key = worlds.differ_by_seed().then_some(seed);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let optimal = Arc::clone(known.entry(key).or_default());
+        drop(known);
+        *optimal.get_or_init(|| OptimalReturns::of(worlds, seed))
     }
 }
 
@@ -102,7 +128,7 @@ mod tests {
     fn a_scenario_says_when_and_where_to() {
         let text = "[env]\nrows = 4\ncols = 5\nmoved_goals = [{ at = \"top-right\" }]\n[run]\nepisodes = 9\n";
         let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]).unwrap();
-        let optimal = OptimalReturns::of(&loaded.worlds);
+        let optimal = OptimalReturns::of(&loaded.worlds, 0);
         assert_eq!(optimal.last(5).optimum.expected_steps, 7.0);
         assert_eq!(optimal.last(6).optimum.expected_steps, 4.0);
         assert_eq!(optimal.moved_after(9), Some(5), "half of 9, rounded up");

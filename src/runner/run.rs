@@ -126,7 +126,8 @@ pub fn run_seed(
     watch: Watch<'_>,
 ) -> Result<SeedOutcome, RunnerError> {
     let (scenario, worlds) = (&loaded.scenario, &loaded.worlds);
-    let mut trial = trial::begin(scenario, worlds, OptimalReturns::of(worlds), seed)?;
+    let optimal = OptimalReturns::of(worlds, seed);
+    let mut trial = trial::begin(scenario, worlds, optimal, seed)?;
     let mut observers: Observers<'_> = vec![Box::new(SeedWriter::create(folder)?)];
     let start = RunStart {
         scenario,

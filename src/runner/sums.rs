@@ -31,6 +31,7 @@ pub(super) struct Sums {
     within_1_1x: Approach,
     spectrum_refreshes: usize,
     gcn_fits: usize,
+    gcn_epochs: usize,
     spectrum_seconds: f64,
     fit_seconds: f64,
 }
@@ -52,6 +53,7 @@ impl Sums {
             within_1_1x: Approach::to(best, 1.1),
             spectrum_refreshes: 0,
             gcn_fits: 0,
+            gcn_epochs: 0,
             spectrum_seconds: 0.0,
             fit_seconds: 0.0,
         }
@@ -62,6 +64,7 @@ impl Sums {
         self.spectrum_refreshes += usize::from(refresh.spectrum.is_some());
         let fit = refresh.fit.as_ref().and_then(|fit| fit.fit.as_ref());
         self.gcn_fits += usize::from(fit.is_some());
+        self.gcn_epochs += fit.map_or(0, |fit| fit.epochs);
         self.spectrum_seconds += refresh.spectrum_seconds;
         self.fit_seconds += refresh.fit_seconds;
     }
@@ -139,6 +142,11 @@ impl Sums {
     /// How often the potential's network was fitted.
     pub fn gcn_fits(&self) -> usize {
         self.gcn_fits
+    }
+
+    /// The epochs that it was trained for in them.
+    pub fn gcn_epochs(&self) -> usize {
+        self.gcn_epochs
     }
 
     /// Seconds since the beginning.

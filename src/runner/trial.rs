@@ -2,6 +2,7 @@
 
 use super::build::{build_engine, move_goals};
 use super::error::RunnerError;
+use super::evaluation::GreedyReturns;
 use super::observer::{Episode, Knowledge, Observers, Refresh, RunState};
 use super::optimal_returns::OptimalReturns;
 use super::places::{Places, knowledge};
@@ -34,6 +35,9 @@ pub(super) trait Trial: RunState {
 
     /// States where φ would hold up an agent that climbs it; none without a potential.
     fn spurious_maxima(&self) -> Option<usize>;
+
+    /// What the greedy policy earns in the true world, as it is at the end of the run.
+    fn greedy_returns(&self) -> GreedyReturns;
 }
 
 /// The trial of `seed` in these worlds, of which `optimal` says what could be earned.
@@ -180,6 +184,10 @@ where
     fn spurious_maxima(&self) -> Option<usize> {
         let has_potential = self.scenario.shaping.potential != PotentialKind::None;
         has_potential.then(|| self.engine.pipeline().spurious_maxima().len())
+    }
+
+    fn greedy_returns(&self) -> GreedyReturns {
+        GreedyReturns::of(&self.engine)
     }
 }
 

@@ -3,6 +3,9 @@
 /// The arm that all others are measured against.
 pub const BASELINE: &str = "sparse";
 
+/// The arm that is a scenario as it is by default.
+pub const DEFAULT_ARM: &str = "gcn";
+
 /// A name for a few settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuiltInArm {
@@ -98,6 +101,36 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         actor_critic!("gcn", "none"),
     ),
     arm(
+        "no-advice",
+        "the default without look-ahead advice: frontier exploration and the shaped reward",
+        actor_critic!("gcn", "frontier", "exploration.potential_advice=0"),
+    ),
+    arm(
+        "no-shaping",
+        "the default without shaped reward and without look-ahead advice: frontier exploration",
+        actor_critic!(
+            "gcn",
+            "frontier",
+            "exploration.potential_advice=0",
+            "shaping.mix=0"
+        ),
+    ),
+    arm(
+        "advice-only",
+        "the default without shaped reward: frontier exploration and look-ahead advice",
+        actor_critic!("gcn", "frontier", "shaping.mix=0"),
+    ),
+    arm(
+        "untrained",
+        "the default with a network that is never trained",
+        actor_critic!(
+            "gcn",
+            "frontier",
+            "shaping.cold_epochs=0",
+            "shaping.warm_epochs=0"
+        ),
+    ),
+    arm(
         "heat",
         "a diffusion without a network, frontier exploration",
         actor_critic!("heat", "frontier"),
@@ -145,9 +178,40 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         alone!("dyna-q"),
     ),
     arm(
+        "dyna-q-plus",
+        "Dyna-Q+ with a bonus for what was not tried for long, alone",
+        alone!("dyna-q-plus"),
+    ),
+    arm(
         "planner",
         "R-max on the learnt model, alone",
         alone!("planner"),
+    ),
+    arm(
+        "planner-frontier",
+        "the planner with frontier exploration in the place of optimism",
+        &[
+            "agent.kind=planner",
+            "agent.untried=advised",
+            "shaping.potential=none",
+            "exploration.kind=frontier",
+            "exploration.potential_advice=0",
+        ],
+    ),
+    arm(
+        "mbie-eb",
+        "MBIE-EB: plans on the learnt model with β/√n on its rewards, alone",
+        alone!("mbie-eb"),
+    ),
+    arm(
+        "ucbvi",
+        "UCBVI: plans on the learnt model with confidence bounds, alone",
+        alone!("ucbvi"),
+    ),
+    arm(
+        "psrl",
+        "posterior sampling: plans on a model drawn from what the world may be, alone",
+        alone!("psrl"),
     ),
     arm(
         "policy-iteration",

@@ -1,6 +1,7 @@
 //! The section `[env]`: which world.
 
 use super::error::BrokenRule;
+use super::goals::{GoalSpec, Goals};
 use super::place::{MaxSteps, MoveAfter, Place};
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
@@ -90,7 +91,7 @@ impl EnvKind {
             EnvKind::Caves => &["rows", "cols", "fill", "rounds", "seed"],
             EnvKind::Ascii => &["map", "rewards"],
             EnvKind::EdgeList => &["file"],
-            EnvKind::DeepSea => &["size", "seed"],
+            EnvKind::DeepSea => &["size", "stochastic", "seed"],
             EnvKind::RiverSwim | EnvKind::FrozenLake => &["size"],
             EnvKind::Cliff | EnvKind::Taxi => &[],
             EnvKind::Bridge => &["fall"],
@@ -115,17 +116,6 @@ impl EnvKind {
     }
 }
 
-/// One goal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GoalSpec {
-    /// Where it is.
-    pub at: Place,
-    /// What it pays on top of a step, if not what `reward` says; edge-list: if the file does not say it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reward: Option<f64>,
-}
-
 /// Which of the two lists of goals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum GoalList {
@@ -144,12 +134,18 @@ impl GoalList {
         }
     }
 
-    /// The goals in it, if it is given.
+    /// The goals in it, if it is given and lists them.
     pub(super) fn of(self, env: &EnvParams) -> Option<&[GoalSpec]> {
-        match self {
-            GoalList::First => env.goals.as_deref(),
-            GoalList::Moved => env.moved_goals.as_deref(),
+        match (self, &env.goals) {
+            (GoalList::First, Some(Goals::Listed(goals))) => Some(goals),
+            (GoalList::First, _) => None,
+            (GoalList::Moved, _) => env.moved_goals.as_deref(),
         }
+    }
+
+    /// Whether each seed draws a goal of its own instead.
+    pub(super) fn is_drawn(self, env: &EnvParams) -> bool {
+        self == GoalList::First && matches!(env.goals, Some(Goals::Drawn(_)))
     }
 }
 
@@ -186,6 +182,10 @@ pub struct EnvParams {
     /// deep-sea, river-swim, frozen-lake: rows (10), states (6), or cells a side (4, or 8).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<usize>,
+    /// deep-sea: bsuite's stochastic form (false): a step right fails with probability 1/size, and a standard normal number is added
+    /// to what the last step pays at both ends of the last row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stochastic: Option<bool>,
     /// bridge: what a fall leads to, "pit" (the end, at 100), "swamp" (30 steps back) or "back" (the start, at 20).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fall: Option<Fall>,
@@ -211,9 +211,10 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Place>,
     /// Where episodes end: places as for `start`, and "farthest" (from the start); the default is "bottom-right",
-    /// for ascii what the map says.
+    /// for ascii what the map says. On maps also "random": one goal, which each seed of the run puts at a place of its
+    /// own, each that can be reached equally likely.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub goals: Option<Vec<GoalSpec>>,
+    pub goals: Option<Goals>,
     /// Goals that take the place of `goals` while the run goes on; the agent is not told. Without them nothing moves.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_moved_goals())]
@@ -227,6 +228,10 @@ pub struct EnvParams {
     pub reward: RewardScheme,
     /// Probability that a move goes to one of its two sides instead.
     pub slip: f64,
+    /// edge-list without goals, and boards without ends (river-swim): nothing is reset when the clock runs out, an "episode" is a
+    /// window of `max_steps` steps of one unbroken life, and what is best is the most that can be earned a step for ever.
+    /// Most learners need agent.gamma < 1 then.
+    pub continuing: bool,
     /// After how many steps an episode is cut off: "auto" (ten times the number of states; boards of the field: as is usual
     /// there) or a number, at most 1 000 000 000.
     pub max_steps: MaxSteps,
@@ -275,6 +280,7 @@ impl EnvParams {
                 "rounds" => fill(&mut self.rounds, 4),
                 "seed" => fill(&mut self.seed, 0),
                 "size" => fill(&mut self.size, size),
+                "stochastic" => fill(&mut self.stochastic, false),
                 "fall" => fill(&mut self.fall, Fall::default()),
                 _ => {} // map, rewards and file have no default
             }
@@ -285,7 +291,7 @@ impl EnvParams {
                 at: Place::from("bottom-right"),
                 reward: None,
             };
-            fill(&mut self.goals, vec![goal]);
+            fill(&mut self.goals, Goals::Listed(vec![goal]));
         }
         if self.moved_goals.is_some() {
             fill(&mut self.goals_move_after, MoveAfter::default());
@@ -308,6 +314,7 @@ impl EnvParams {
             ("rewards", self.rewards.is_some()),
             ("file", self.file.is_some()),
             ("size", self.size.is_some()),
+            ("stochastic", self.stochastic.is_some()),
             ("fall", self.fall.is_some()),
         ];
         let own = self.kind.own_keys();
@@ -319,6 +326,9 @@ impl EnvParams {
         }
         if self.kind.is_board() {
             self.require_board()?;
+        }
+        if self.continuing {
+            self.require_no_goals()?;
         }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(
@@ -335,7 +345,13 @@ impl EnvParams {
         match self.kind {
             EnvKind::Ascii if self.map.is_none() => Err(missing("env.map", self.kind)),
             EnvKind::EdgeList if self.file.is_none() => Err(missing("env.file", self.kind)),
-            EnvKind::EdgeList if self.goals.is_none() => Err(missing("env.goals", self.kind)),
+            EnvKind::EdgeList if self.goals.is_none() && !self.continuing => {
+                Err(missing("env.goals", self.kind))
+            }
+            EnvKind::EdgeList if GoalList::First.is_drawn(self) => Err(BrokenRule::new(
+                "env.goals",
+                "env.goals = \"random\" is for maps: an edge list needs the names of its goals",
+            )),
             EnvKind::EdgeList if self.slip != 0.0 => Err(BrokenRule::new(
                 "env.slip",
                 "env.slip is for maps: an edge list says itself where an action may lead, in its column probability",
@@ -363,6 +379,28 @@ impl EnvParams {
                 ),
             )),
         }
+    }
+
+    /// Whether nothing is said of goals, where episodes would end.
+    fn require_no_goals(&self) -> Result<(), BrokenRule> {
+        if self.kind.is_map() {
+            let message = format!(
+                "env.continuing is for worlds without ends: kind = \"{}\" has goals, where episodes end; a world without goals \
+                 can be written as an edge list",
+                self.kind.name()
+            );
+            return Err(BrokenRule::new("env.continuing", message));
+        }
+        for list in [GoalList::First, GoalList::Moved] {
+            if list.of(self).is_some_and(|goals| !goals.is_empty()) {
+                let key = list.key();
+                let message = format!(
+                    "{key}: episodes end at goals, and a continuing task has none; leave out one of the two"
+                );
+                return Err(BrokenRule::new(key, message));
+            }
+        }
+        Ok(())
     }
 
     /// A key of another kind.

@@ -7,6 +7,7 @@ use crate::env::EnvError;
 use crate::env::grid_world::GridWorldParams;
 use crate::env::layouts::{Landmark, Layout, Placement};
 use crate::seeds::{Stream, stream};
+use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 impl EnvParams {
@@ -25,11 +26,12 @@ impl EnvParams {
         self.start == Some(Place::from("random"))
     }
 
-    /// The map with its start and these goals. Call it on parameters with their defaults written out.
+    /// The map with its start and these goals, which `seed` draws if they are drawn. Call it on parameters with their
+    /// defaults written out.
     ///
     /// # Errors
     /// What the map's constructors find wrong, with the key to blame.
-    pub(super) fn layout(&self, goals: GoalList) -> Result<Layout, BrokenRule> {
+    pub(super) fn layout(&self, goals: GoalList, seed: u64) -> Result<Layout, BrokenRule> {
         let mut layout = self.bare_layout().map_err(|e| self.blame(e, goals))?;
         if let Some(start) = &self.start
             && !self.starts_anywhere()
@@ -38,6 +40,10 @@ impl EnvParams {
             layout = layout
                 .with_start(at)
                 .map_err(|e| place_rule("env.start", &e))?;
+        }
+        if goals.is_drawn(self) {
+            let drawn = layout.with_random_goal(self.starts_anywhere(), &mut goal_stream(seed));
+            return drawn.map_err(|e| self.blame(e, goals));
         }
         if let Some(specs) = goals.of(self) {
             layout.goals.clear();
@@ -99,6 +105,9 @@ impl EnvParams {
             EnvError::GoalWithoutReward { .. } => "env.rewards".to_owned(),
             EnvError::LayoutParameter { parameter, .. } => format!("env.{parameter}"),
             EnvError::Slip { .. } => "env.slip".to_owned(),
+            EnvError::ContinuingEnd { .. }
+            | EnvError::NoWayBack { .. }
+            | EnvError::GainUnsettled { .. } => "env.continuing".to_owned(),
             EnvError::NoSteps => "env.max_steps".to_owned(),
             EnvError::RewardNotFinite { .. }
             | EnvError::StepRewardPositive { .. }
@@ -110,6 +119,7 @@ impl EnvParams {
             | EnvError::GoalUnreachable { .. } => {
                 self.or_map(goals.key(), goals.of(self).is_some())
             }
+            EnvError::NoPlaceForGoal => goals.key().to_owned(),
             EnvError::StartIsGoal { .. } if goals == GoalList::Moved => goals.key().to_owned(),
             EnvError::NoStart | EnvError::StartInWall { .. } | EnvError::StartIsGoal { .. } => {
                 self.or_map("env.start", self.start.is_some())
@@ -135,6 +145,11 @@ impl EnvParams {
 
 fn place_rule(key: &str, error: &EnvError) -> BrokenRule {
     BrokenRule::new(key, error.to_string())
+}
+
+/// What draws the goal that a run with this seed has for itself.
+pub(super) fn goal_stream(seed: u64) -> ChaCha8Rng {
+    stream(seed, Stream::Goals)
 }
 
 /// A place on a map.

@@ -157,7 +157,16 @@ mod tests {
         );
         // Uncommented, every key that applies to the default kind must still mean the default.
         let foreign = [
-            "room", "doors", "corridor", "loops", "fill", "rounds", "size", "fall", "seed = 0",
+            "room",
+            "doors",
+            "corridor",
+            "loops",
+            "fill",
+            "rounds",
+            "size",
+            "stochastic",
+            "fall",
+            "seed = 0",
         ];
         let text = uncommented(|section, line| {
             let other_kind = section == "env" && foreign.iter().any(|f| line.starts_with(f));

@@ -3,11 +3,12 @@
 use super::Scenario;
 use super::env::{EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
+use super::layout::goal_stream;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use crate::env::{
-    Board, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum, TabularEnvironment,
-    boards,
+    Board, Caution, EdgeList, EdgeListGoal, EdgeListParams, GridWorld, Model, Optimum,
+    TabularEnvironment, TabularMdp, Unmeasured, boards,
 };
 use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
@@ -31,8 +32,8 @@ pub struct MovedWorld {
 }
 
 impl Scenario {
-    /// The world, with the goals that a run begins with; `seed` is the run's and draws slips and random starts.
-    /// O(states).
+    /// The world, with the goals that a run begins with; `seed` is the run's and draws slips, random starts and a random
+    /// goal. O(states).
     ///
     /// # Errors
     /// If the section `[env]` does not describe one, with the key to blame.
@@ -47,9 +48,8 @@ impl Scenario {
         list: Option<&EdgeList>,
         seed: u64,
     ) -> Result<World, BrokenRule> {
-        let rng = stream(seed, Stream::Environment);
         let episodes = self.run.episodes;
-        self.env.world(list, GoalList::First, rng, episodes)
+        self.env.world(list, GoalList::First, seed, episodes)
     }
 
     /// The same world with the goals that a run ends with; none if they do not move. Its states are those of
@@ -74,7 +74,7 @@ impl Scenario {
         let Some(after) = self.goals_move_after() else {
             return Ok(None);
         };
-        if self.env.goals == self.env.moved_goals {
+        if GoalList::First.of(&self.env) == self.env.moved_goals.as_deref() {
             return Err(BrokenRule::new(
                 GoalList::Moved.key(),
                 "env.moved_goals = env.goals: the goals would not move",
@@ -89,9 +89,8 @@ impl Scenario {
                 ),
             ));
         }
-        let rng = stream(seed, Stream::MovedEnvironment);
         let episodes = self.run.episodes;
-        let world = self.env.world(list, GoalList::Moved, rng, episodes)?;
+        let world = self.env.world(list, GoalList::Moved, seed, episodes)?;
         Ok(Some(MovedWorld { after, world }))
     }
 
@@ -115,24 +114,32 @@ impl Scenario {
 }
 
 impl EnvParams {
-    /// The world with these goals, for a run of `episodes`, on an edge list or, without one, on a map.
+    /// The world with these goals, for a run of `episodes` with this seed, on an edge list or, without one, on a map.
     fn world(
         &self,
         list: Option<&EdgeList>,
         goals: GoalList,
-        rng: ChaCha8Rng,
+        seed: u64,
         episodes: usize,
     ) -> Result<World, BrokenRule> {
         self.check_rewards(goals)?;
+        let rng = match goals {
+            GoalList::First => stream(seed, Stream::Environment),
+            GoalList::Moved => stream(seed, Stream::MovedEnvironment),
+        };
         let world = match (list, self.board(goals)?) {
             (Some(list), _) => self.listed(list, goals, rng)?,
             (None, Some(board)) => {
-                let world = board.environment(self.max_steps.given(), rng);
+                let max_steps = self.max_steps.given();
+                let world = match self.continuing {
+                    true => board.continuing(max_steps, rng),
+                    false => board.environment(max_steps, rng),
+                };
                 let world = world.map_err(|e| self.blame(e, goals))?;
                 World::Listed(world, board.state_names().to_vec())
             }
             (None, None) => {
-                let layout = self.layout(goals)?;
+                let layout = self.layout(goals, seed)?;
                 let world = GridWorld::new(layout, self.grid_world_params(), rng);
                 World::Grid(world.map_err(|e| self.blame(e, goals))?)
             }
@@ -161,7 +168,10 @@ impl EnvParams {
         let board = match self.kind {
             EnvKind::DeepSea => {
                 let rng = &mut stream(self.seed.unwrap_or_default(), Stream::Layout);
-                boards::deep_sea(size, rng)
+                match self.stochastic.unwrap_or_default() {
+                    true => boards::stochastic_deep_sea(size, rng),
+                    false => boards::deep_sea(size, rng),
+                }
             }
             EnvKind::RiverSwim => boards::river_swim(size),
             EnvKind::Cliff => boards::cliff_walking(),
@@ -211,6 +221,7 @@ impl EnvParams {
         Ok(EdgeListParams {
             start,
             goals: goals.collect::<Result<_, BrokenRule>>()?,
+            continuing: self.continuing,
             rewards: self.reward,
             max_steps: self.max_steps.given(),
         })
@@ -237,6 +248,17 @@ impl World {
         match self {
             World::Grid(world) => world.reseed(rng),
             World::Listed(world, _) => world.reseed(rng),
+        }
+    }
+
+    /// Puts the one goal of a map where a run with this seed has it.
+    pub(super) fn draw_goal(&mut self, seed: u64) {
+        if let World::Grid(world) = self {
+            let (map, anywhere) = (world.layout().clone(), world.params().random_start);
+            let drawn = map.with_random_goal(anywhere, &mut goal_stream(seed));
+            let goals = drawn.expect("there was a place for a goal before").goals;
+            let moved = world.set_goals(goals);
+            moved.expect("a single goal that can be reached is a valid one");
         }
     }
 
@@ -275,24 +297,64 @@ impl World {
         }
     }
 
-    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
-    /// cost.
-    pub fn cautions(&self) -> Vec<String> {
-        fn of<E: Model>(world: &E, name: impl Fn(usize) -> String) -> Vec<String> {
-            let cautions = world
-                .to_mdp()
-                .cautions(&world.start_states(), world.max_steps());
-            cautions.iter().map(|c| c.message(&name)).collect()
+    /// Of a continuing task, what the best policy earns a step.
+    pub fn optimal_gain(&self) -> Option<f64> {
+        match self {
+            World::Grid(world) => world.optimal_gain(),
+            World::Listed(world, _) => world.optimal_gain(),
         }
+    }
+
+    /// Steps between the two states that are farthest from each other, or in words why there is no number; see
+    /// [`TabularMdp::diameter`](crate::env::TabularMdp::diameter).
+    pub fn diameter(&self) -> Result<f64, String> {
+        self.measure(|mdp, starts| mdp.diameter(starts))
+    }
+
+    /// Σ 1 / (V* − Q*) with this discount, or in words why there is no number; see
+    /// [`TabularMdp::sum_of_inverse_gaps`](crate::env::TabularMdp::sum_of_inverse_gaps).
+    pub fn sum_of_inverse_gaps(&self, gamma: f64) -> Result<f64, String> {
+        self.measure(|mdp, starts| mdp.sum_of_inverse_gaps(starts, gamma))
+    }
+
+    fn measure(
+        &self,
+        measure: impl Fn(&TabularMdp, &[usize]) -> Result<f64, Unmeasured>,
+    ) -> Result<f64, String> {
+        let measured = match self {
+            World::Grid(world) => measure(&world.to_mdp(), &world.start_states()),
+            World::Listed(world, _) => measure(world.mdp(), &world.start_states()),
+        };
+        measured.map_err(|why| why.message(|state| self.state_name(state)))
+    }
+
+    /// The name of a state, by its number in the MDP.
+    fn state_name(&self, state: usize) -> String {
         match self {
             World::Grid(world) => {
-                let cells: Vec<_> = world.mdp_cells().collect();
-                of(world, |state| {
-                    let (row, col) = world.layout().position(cells[state]);
-                    format!("[{row}, {col}]")
-                })
+                let cell = world.mdp_cells().nth(state).expect("a state of this world");
+                let (row, col) = world.layout().position(cell);
+                format!("[{row}, {col}]")
             }
-            World::Listed(world, names) => of(world, |state| format!("{:?}", names[state])),
+            World::Listed(_, names) => format!("{:?}", names[state]),
         }
+    }
+
+    /// What its author may not have meant, in words; see [`TabularMdp::cautions`](crate::env::TabularMdp::cautions) for the
+    /// cost. Nothing of a continuing task: it has no ends to miss, and is meant to pay for ever.
+    pub fn cautions(&self) -> Vec<String> {
+        fn of<E: Model>(world: &E) -> Vec<Caution> {
+            if world.optimal_gain().is_some() {
+                return Vec::new();
+            }
+            let mdp = world.to_mdp();
+            mdp.cautions(&world.start_states(), world.max_steps())
+        }
+        let cautions = match self {
+            World::Grid(world) => of(world),
+            World::Listed(world, _) => of(world),
+        };
+        let name = |state| self.state_name(state);
+        cautions.iter().map(|c| c.message(name)).collect()
     }
 }

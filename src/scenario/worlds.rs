@@ -1,6 +1,7 @@
 //! The worlds of a scenario, read and built once for all its seeds.
 
 use super::Scenario;
+use super::env::GoalList;
 use super::error::BrokenRule;
 use super::potential_file::PotentialFile;
 use super::world::{MovedWorld, World};
@@ -14,6 +15,8 @@ use std::path::Path;
 pub struct Worlds {
     first: World,
     moved: Option<MovedWorld>,
+    /// Whether each seed has a goal of its own.
+    draw_goal: bool,
     potentials: Vec<PotentialFile>,
 }
 
@@ -25,10 +28,11 @@ impl Worlds {
     /// If they do not describe any, with the key to blame.
     pub fn of(scenario: &Scenario) -> Result<Self, BrokenRule> {
         let list = scenario.env.edge_list()?;
-        let list = list.as_ref();
+        let (list, seed) = (list.as_ref(), scenario.run.seed);
         let mut worlds = Self {
-            first: scenario.first_world(list, 0)?,
-            moved: scenario.world_after_move(list, 0)?,
+            first: scenario.first_world(list, seed)?,
+            moved: scenario.world_after_move(list, seed)?,
+            draw_goal: GoalList::First.is_drawn(&scenario.env),
             potentials: Vec::new(),
         };
         worlds.read_potential(&scenario.shaping)?;
@@ -57,7 +61,7 @@ impl Worlds {
         self.potentials.iter().filter_map(PotentialFile::caution)
     }
 
-    /// The world that runs begin with, whatever their seed.
+    /// The world that runs begin with, whatever their seed; where [each has its own](Self::differ_by_seed), that of `run.seed`.
     pub fn first(&self) -> &World {
         &self.first
     }
@@ -67,9 +71,17 @@ impl Worlds {
         self.moved.as_ref()
     }
 
-    /// The first one for a run with this seed, which draws slips and random starts.
+    /// Whether the goal that a run begins with is at another place for each seed.
+    pub fn differ_by_seed(&self) -> bool {
+        self.draw_goal
+    }
+
+    /// The first one for a run with this seed, which draws slips, random starts and a random goal. O(states).
     pub fn first_for(&self, seed: u64) -> World {
         let mut world = self.first.clone();
+        if self.draw_goal {
+            world.draw_goal(seed);
+        }
         world.reseed(stream(seed, Stream::Environment));
         world
     }

@@ -794,6 +794,54 @@ fn an_edge_list_is_the_mdp_it_says() {
 }
 
 #[test]
+fn a_continuing_edge_list_has_no_goals_and_a_way_back_from_everywhere() {
+    let continuing = |edges: &str, start: Option<&str>| {
+        let params = EdgeListParams {
+            start: start.map(str::to_owned),
+            continuing: true,
+            max_steps: Some(12),
+            ..EdgeListParams::default()
+        };
+        let list = EdgeList::from_reader("round.csv", edges.as_bytes()).unwrap();
+        list.environment(&params, stream(0, Stream::Environment))
+    };
+    let round = "from,action,to,reward\na,on,b,1\nb,on,c,-4\nc,on,a,6\n";
+    let world = continuing(round, Some("b")).unwrap();
+    assert_eq!(world.optimal_gain(), Some(1.0));
+    assert_eq!(world.optimum().expected_return, 12.0);
+    assert_eq!(world.start_states(), [1]);
+    assert_eq!(continuing(round, None).unwrap().start_states(), [0, 1, 2]);
+    // From d on there is no way back; from c there never was one to it.
+    let trap = "from,action,to,reward\na,on,b,1\nb,on,a,2\nb,off,d,0\n";
+    let told = continuing(trap, Some("a")).unwrap_err().to_string();
+    assert!(
+        told.contains("\"a\" cannot be reached from \"d\""),
+        "{told}"
+    );
+    let aside = "from,action,to,reward\na,on,b,1\nb,on,a,2\nc,on,a,0\n";
+    assert_eq!(
+        continuing(aside, Some("a")).unwrap().optimal_gain(),
+        Some(1.5)
+    );
+    let told = continuing(aside, None).unwrap_err().to_string();
+    assert!(
+        told.contains("\"c\" cannot be reached from \"a\""),
+        "{told}"
+    );
+    let with_goal = EdgeListParams {
+        continuing: true,
+        ..to_garden(Some("hall"))
+    };
+    let told = house(&with_goal).unwrap_err().to_string();
+    assert!(
+        told.contains("\"garden\" is one and can be reached"),
+        "{told}"
+    );
+    let none = house(&EdgeListParams::default());
+    assert!(matches!(none, Err(EnvError::NoGoal)), "{none:?}");
+}
+
+#[test]
 fn edge_lists_keep_the_contract() {
     let list = EdgeList::from_reader("house.csv", HOUSE.as_bytes()).unwrap();
     let make = |seed| {

@@ -3,7 +3,7 @@
 use crate::program::{Program, path_graph, until};
 use assert_cmd::Command;
 use predicates::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
@@ -987,9 +987,26 @@ mod words {
             "open, 4 × 4 cells",
             "16, 16 of them reachable",
             "6 steps, return -6",
+            "diameter ",
+            "25 at gamma = 1",
             "MB",
         ] {
             assert!(text.contains(words), "{words}: {text}");
+        }
+        // Up and left lead away from the goal from 11 cells each, a gap of 2; into a wall, a gap of 1, lead up and left from 4
+        // cells each, down and right from 3: 22 / 2 + 8 + 6.
+        let facts = program.prints_json(&["check", file, "--json"]);
+        for (key, value) in [
+            ("reachable", json!(16)),
+            ("optimal_return", json!(-6.0)),
+            ("optimal_gain", json!(null)),
+            ("diameter", json!(6.0)),
+            ("why_no_diameter", json!(null)),
+            ("sum_of_inverse_gaps", json!(25.0)),
+            ("moved", json!(null)),
+            ("warnings", json!([])),
+        ] {
+            assert_eq!(facts[key], value, "{key}");
         }
         let resolved = program.prints(&["check", file, "--resolved"]);
         program.file("resolved.toml", &resolved);

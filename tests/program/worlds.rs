@@ -197,3 +197,22 @@ fn a_loop_that_pays_for_ever_is_named() {
     let level = round.replace("-2", "-3");
     check(&scenario, &level).accepts("return 13 ", 0, &[]);
 }
+
+#[test]
+fn a_continuing_task_is_measured_by_its_gain_and_may_pay_for_ever() {
+    let round = "from,action,to,reward\na,on,b,1\na,off,a,0\nb,on,a,4\nb,off,b,-1\n";
+    let scenario = edge_list("continuing = true\nmax_steps = 8\n[agent]\ngamma = 0.9");
+    check(&scenario, round).accepts("2.5 a step", 0, &[]);
+    check(&scenario, round).accepts("8 steps, return 20 ", 0, &[]);
+    let endless = scenario.replace("0.9", "1.0");
+    check(&endless, round).accepts("2.5 a step", 1, &["agent.gamma below 1"]);
+    let planner = endless.clone() + "\nkind = \"planner\"";
+    check(&planner, round).accepts("2.5 a step", 0, &[]);
+    let trap = "from,action,to,reward\na,on,b,1\nb,on,b,4\n";
+    check(&scenario, trap).refuses(&["x.toml:4:14", "\"a\" cannot be reached from \"b\""]);
+    let with_goal = scenario.replace("continuing", "goals = [{ at = \"b\" }]\ncontinuing");
+    check(&with_goal, round).refuses(&["x.toml:4:9", "episodes end at goals"]);
+    let board = |kind: &str| format!("[env]\nkind = \"{kind}\"\ncontinuing = true\n");
+    check(&board("cliff"), "").refuses(&["x.toml:3:14", "\"[3, 11]\" is one and can be reached"]);
+    check(&board("open"), "").refuses(&["x.toml:3:14", "has goals, where episodes end"]);
+}

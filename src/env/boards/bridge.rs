@@ -93,6 +93,7 @@ pub fn bridge(fall: Fall) -> Result<Board, EnvError> {
         mdp,
         names: (0..states).map(|state| name(state, fall)).collect(),
         starts: vec![START],
+        reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,
     })
 }

@@ -36,6 +36,7 @@ pub fn cliff_walking() -> Result<Board, EnvError> {
         mdp,
         names: field.names(),
         starts: vec![START],
+        reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,
     })
 }

@@ -41,6 +41,7 @@ pub fn frozen_lake(size: usize) -> Result<Board, EnvError> {
         mdp,
         names: field.names(),
         starts: vec![0],
+        reward_deviations: Vec::new(),
         max_steps,
     })
 }

@@ -3,6 +3,7 @@
 //! | board | of | what is hard about it |
 //! |---|---|---|
 //! | [`deep_sea`] | bsuite (Osband et al. 2020) | one path of N steps pays, every step on it costs |
+//! | [`stochastic_deep_sea`] | the same | besides, a step towards it may fail, and what pays nothing looks as if it did |
 //! | [`river_swim`] | Strehl & Littman 2008 | a small reward near, a large one against the current |
 //! | [`cliff_walking`] | Sutton & Barto, example 6.6 | the shortest way runs along the edge |
 //! | [`frozen_lake`] | Gymnasium | ends that are no goals, and two slips in three |
@@ -20,7 +21,7 @@ mod taxi;
 
 pub use bridge::{Fall, bridge};
 pub use cliff_walking::cliff_walking;
-pub use deep_sea::deep_sea;
+pub use deep_sea::{deep_sea, stochastic_deep_sea};
 pub use frozen_lake::frozen_lake;
 pub use river_swim::river_swim;
 pub use taxi::taxi;
@@ -36,6 +37,8 @@ pub struct Board {
     names: Vec<String>,
     /// Equally likely.
     starts: Vec<usize>,
+    /// One per state, or none: then rewards are what the MDP says.
+    reward_deviations: Vec<f64>,
     max_steps: usize,
 }
 
@@ -70,7 +73,24 @@ impl Board {
         rng: ChaCha8Rng,
     ) -> Result<TabularEnvironment, EnvError> {
         let max_steps = max_steps.unwrap_or(self.max_steps);
-        TabularEnvironment::new(self.mdp.clone(), &self.starts, max_steps, rng)
+        let world = TabularEnvironment::new(self.mdp.clone(), &self.starts, max_steps, rng)?;
+        Ok(match self.reward_deviations.as_slice() {
+            [] => world,
+            deviations => world.with_reward_noise(deviations),
+        })
+    }
+
+    /// The same as a continuing task; see [`TabularEnvironment::continuing`].
+    ///
+    /// # Errors
+    /// [`EnvError::NoSteps`], and those of [`TabularEnvironment::continuing`].
+    pub fn continuing(
+        &self,
+        max_steps: Option<usize>,
+        rng: ChaCha8Rng,
+    ) -> Result<TabularEnvironment, EnvError> {
+        let world = self.environment(max_steps, rng)?;
+        world.continuing(|state| self.names[state].clone())
     }
 }
 

@@ -93,6 +93,7 @@ pub fn taxi() -> Result<Board, EnvError> {
         mdp,
         names: states.iter().map(|state| state.name()).collect(),
         starts: (0..states.len()).filter(begins).collect(),
+        reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,
     })
 }

@@ -14,7 +14,7 @@
 //!   the bonus on entering a goal. A number in the file is the whole reward of that line, so that a goal with a
 //!   [`reward`](EdgeListGoal::reward) of its own needs lines without one.
 //! - An action that a state has no line for leaves the agent where it is, at the reward of a step.
-//! - Episodes end at goals, so lines that leave a goal have no effect.
+//! - Episodes end at goals, so lines that leave a goal have no effect. A continuing task has no goals.
 
 mod parse;
 mod quotes;
@@ -44,10 +44,12 @@ pub struct EdgeListGoal {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeListParams {
-    /// Name of the start; `None`: anywhere from where a goal can be reached.
+    /// Name of the start; `None`: anywhere from where a goal can be reached, or anywhere at all if `continuing`.
     pub start: Option<String>,
-    /// Where episodes end.
+    /// Where episodes end; none if `continuing`.
     pub goals: Vec<EdgeListGoal>,
+    /// Whether nothing ever ends or begins anew; see [`TabularEnvironment::continuing`].
+    pub continuing: bool,
     /// What a line without a reward pays.
     pub rewards: RewardScheme,
     /// After how many steps an episode is truncated; `None`: ten times the number of states.
@@ -116,7 +118,7 @@ impl EdgeList {
     /// The world with these goals; its state numbers are the order of [`state_names`](Self::state_names). O(lines).
     ///
     /// # Errors
-    /// Unknown names, no goal, a goal twice or out of reach, start and goal the same, rewards that are not finite, pay for
+    /// Unknown names, no goal, what is wrong with a continuing task, a goal twice or out of reach, start and goal the same, rewards that are not finite, pay for
     /// staying away or are for no line of the file, no steps.
     pub fn environment(
         &self,
@@ -131,12 +133,16 @@ impl EdgeList {
         let max_steps = params
             .max_steps
             .unwrap_or_else(|| self.states.len().saturating_mul(10));
-        TabularEnvironment::new(mdp, &starts, max_steps, rng)
+        let world = TabularEnvironment::new(mdp, &starts, max_steps, rng)?;
+        match params.continuing {
+            true => world.continuing(|state| self.states[state].clone()),
+            false => Ok(world),
+        }
     }
 
     /// The goals' state numbers, in the order given.
     fn goals(&self, params: &EdgeListParams) -> Result<Vec<usize>, EnvError> {
-        if params.goals.is_empty() {
+        if params.goals.is_empty() && !params.continuing {
             return Err(EnvError::NoGoal);
         }
         let mut goals = Vec::with_capacity(params.goals.len());
@@ -245,6 +251,7 @@ impl EdgeList {
                 }
                 vec![start]
             }
+            None if params.continuing => (0..mdp.num_states()).collect(),
             None => {
                 let distances = mdp.distances_to_terminal();
                 let leads_to_goal =

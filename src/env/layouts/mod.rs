@@ -19,6 +19,7 @@ mod linked;
 mod maze;
 mod open;
 mod placement;
+mod random_goal;
 mod rooms;
 
 pub use placement::{Landmark, Placement};

@@ -24,7 +24,7 @@ const MAX_WORK: usize = 100_000_000;
 const STEP: f64 = 0.5;
 
 /// States among which one can stay for ever, each with the actions that do not leave.
-type EndComponent = Vec<(usize, Vec<Action>)>;
+pub(super) type EndComponent = Vec<(usize, Vec<Action>)>;
 
 impl TabularMdp {
     /// The largest mean reward a step that a policy can go on earning without an end, once it is where it is earned, among
@@ -134,10 +134,26 @@ impl TabularMdp {
             return None;
         }
         let none = NO_GAIN * largest;
+        let (lower, _) = self.gain_bounds(component, |lower, upper| {
+            upper <= none || upper - lower <= CLOSED * upper
+        });
+        (lower > none).then_some(lower)
+    }
+
+    /// Bounds of g* within an end component, until they are closed enough or [`MAX_WORK`] outcomes were looked at.
+    pub(super) fn gain_bounds(
+        &self,
+        component: &EndComponent,
+        is_closed: impl Fn(f64, f64) -> bool,
+    ) -> (f64, f64) {
+        let outcomes: usize = component
+            .iter()
+            .flat_map(|(state, actions)| actions.iter().map(|&a| self.outcomes(*state, a).len()))
+            .sum();
         let mut ahead = vec![0.0; self.num_states()];
         let mut change = vec![0.0; component.len()];
         let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
-        for _ in 0..(MAX_WORK / outcomes.len()).max(1) {
+        for _ in 0..(MAX_WORK / outcomes).max(1) {
             for (change, (state, actions)) in change.iter_mut().zip(component) {
                 let values = actions
                     .iter()
@@ -154,7 +170,7 @@ impl TabularMdp {
                 .copied()
                 .fold(f64::NEG_INFINITY, f64::max)
                 .min(upper);
-            if upper <= none || upper - lower <= CLOSED * upper {
+            if is_closed(lower, upper) {
                 break;
             }
             let origin = ahead[component[0].0] + STEP * change[0];
@@ -162,7 +178,7 @@ impl TabularMdp {
                 ahead[*state] += STEP * change - origin;
             }
         }
-        (lower > none).then_some(lower)
+        (lower, upper)
     }
 }
 

@@ -7,20 +7,29 @@
 //! | which actions are greedy | [`TabularMdp::greedy_actions`] |
 //! | how many transitions to the end, from everywhere | [`TabularMdp::distances_to_terminal`] |
 //! | the best episode under a step limit | [`TabularMdp::optimum`] |
+//! | the episode of a given policy under a step limit | [`TabularMdp::policy_return`] |
 //! | does a loop pay for ever | [`TabularMdp::best_gain`] |
+//! | the best mean reward of a life without end | [`TabularMdp::optimal_gain`] |
+//! | how hard is it to learn | [`TabularMdp::diameter`], [`TabularMdp::sum_of_inverse_gaps`] |
 //! | is the task one that should be solved by reaching a goal | [`TabularMdp::cautions`] |
 //!
 //! These are the yardsticks of experiments and the oracles of tests. A [`TabularEnvironment`] lets an agent act in one.
 
+mod average_reward;
 mod cautions;
 mod environment;
 mod gain;
+mod hardness;
 mod optimum;
+mod policy_return;
 mod reachability;
+mod reward_noise;
 mod value_iteration;
 
+pub use average_reward::NoGain;
 pub use cautions::Caution;
 pub use environment::{MdpState, TabularEnvironment};
+pub use hardness::Unmeasured;
 pub use optimum::Optimum;
 pub use value_iteration::ValueFunction;
 

@@ -3,7 +3,7 @@
 use super::TabularMdp;
 
 /// The transitions backwards: for each state, the (state, action) pairs that may lead to it.
-struct Predecessors {
+pub(super) struct Predecessors {
     /// State s owns `pairs[offsets[s]..offsets[s + 1]]`.
     offsets: Vec<usize>,
     /// s · |A| + a; a pair is listed once per outcome.
@@ -12,7 +12,7 @@ struct Predecessors {
 
 impl Predecessors {
     /// Counting sort of the outcomes by where they lead; O(states + outcomes).
-    fn of(mdp: &TabularMdp) -> Self {
+    pub(super) fn of(mdp: &TabularMdp) -> Self {
         let mut offsets = vec![0_usize; mdp.num_states() + 1];
         for outcome in &mdp.outcomes {
             offsets[outcome.next as usize + 1] += 1;
@@ -33,7 +33,7 @@ impl Predecessors {
     }
 
     /// Transitions to the nearest of `targets`, through pairs that `allowed` lets pass.
-    fn search(
+    pub(super) fn search(
         &self,
         num_actions: usize,
         targets: impl IntoIterator<Item = usize>,

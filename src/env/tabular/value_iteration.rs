@@ -30,7 +30,17 @@ impl TabularMdp {
     /// # Panics
     /// If `gamma` is outside [0, 1] or `tol` is not positive.
     pub fn value_iteration(&self, gamma: f64, tol: f64) -> ValueFunction {
-        self.iterate(gamma, tol, |values, state| {
+        self.value_iteration_within(gamma, tol, MAX_SWEEPS)
+    }
+
+    /// The same, given up after `max_sweeps`.
+    pub(super) fn value_iteration_within(
+        &self,
+        gamma: f64,
+        tol: f64,
+        max_sweeps: usize,
+    ) -> ValueFunction {
+        self.iterate(gamma, tol, max_sweeps, |values, state| {
             let backups = self
                 .actions()
                 .map(|action| self.action_value(values, gamma, state, action));
@@ -49,7 +59,7 @@ impl TabularMdp {
             self.num_states() * self.num_actions,
             "π has states × actions entries"
         );
-        self.iterate(gamma, tol, |values, state| {
+        self.iterate(gamma, tol, MAX_SWEEPS, |values, state| {
             let weighted = |action: Action| match policy[state * self.num_actions + action.index()]
             {
                 // An action that is never taken may have the value −∞, which 0 would turn into NaN.
@@ -106,6 +116,7 @@ impl TabularMdp {
         &self,
         gamma: f64,
         tol: f64,
+        max_sweeps: usize,
         backup: impl Fn(&[f64], usize) -> f64,
     ) -> ValueFunction {
         assert!(
@@ -122,7 +133,7 @@ impl TabularMdp {
         } else {
             tol * (1.0 - gamma) / gamma.max(f64::MIN_POSITIVE)
         };
-        for sweeps in 1..=MAX_SWEEPS {
+        for sweeps in 1..=max_sweeps {
             let (mut change, mut largest) = (0.0_f64, 0.0_f64);
             for &state in &order {
                 let value = backup(&values, state as usize);
@@ -147,7 +158,7 @@ impl TabularMdp {
         }
         ValueFunction {
             values,
-            sweeps: MAX_SWEEPS,
+            sweeps: max_sweeps,
             converged: false,
         }
     }

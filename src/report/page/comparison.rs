@@ -1,4 +1,4 @@
-//! A comparison as a page: interquartile means over seeds with bootstrap intervals.
+//! A comparison as a page: interquartile means over seeds with bootstrap intervals, medians with exact ones.
 
 use super::PROGRAM;
 use super::data::{Arm, PageData, Phases, Versus, command, short_band};
@@ -6,7 +6,9 @@ use super::sights::Sights;
 use crate::archive::{ArmSummary, ArmTiming, LearningCurve};
 use crate::archive::{RecordedArm, RecordedComparison};
 use crate::report::band::Band;
-use crate::report::comparison_table::{dash, final_cell, iqm, moments, ratio};
+use crate::report::comparison_table::{
+    dash, final_cell, greedy_cell, iqm, moments, percent, ratio,
+};
 use crate::report::terminal::grouped;
 use crate::report::validity::validity;
 use crate::scenario::{BASELINE, World};
@@ -146,6 +148,20 @@ fn facts(
         ("steps to 1.5 × best return", moments(&arm.steps_to_1_5x)),
         ("steps to 1.1 × best return", moments(&arm.steps_to_1_1x)),
         (final_name, final_cell(arm, best)),
+        (
+            "exact return of the greedy policy",
+            greedy_cell(&arm.greedy_return, best),
+        ),
+        (
+            "the same without any advice",
+            greedy_cell(&arm.greedy_return_unadvised, best),
+        ),
+        (
+            "seeds whose greedy policy fails",
+            arm.failures.map_or_else(dash, percent),
+        ),
+        ("seed with the most regret", arm.worst_seed.to_string()),
+        ("epochs trained", format!("{:.0}", arm.gcn_epochs)),
         (
             "false maxima of φ",
             arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),

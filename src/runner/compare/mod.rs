@@ -22,17 +22,16 @@ mod tuning;
 use super::build::warn_of_file;
 use super::error::RunnerError;
 use super::estimate::require_memory;
-use super::optimal_returns::OptimalReturns;
+use super::optimal_returns::KnownOptima;
 use crate::archive::{
     Compared, Comparison, Existing, FolderKind, RunFolder, TrialRecord, TrialsByArm, Tuning,
     begin_comparison, names, write_comparison,
 };
-use crate::scenario::{Arm, BASELINE, Choices, Loaded};
+use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded};
 use crate::time_stamp;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use summarise::{regret_interval, summarise, timing};
+use summarise::{differences, mean_over, regret_interval, summarise, timing};
 use tuning::tuning_trials;
 
 /// Request for a comparison: what to compare, and where to write it.
@@ -114,7 +113,7 @@ pub fn compare(
         request,
         watch,
         folder: folder.path(),
-        optimal: OnceLock::new(),
+        optimal: KnownOptima::default(),
     };
     begin_comparison(folder.path(), &field.compared(&arms), &loaded.text)?;
     let comparison = field.run(arms, sparse)?;
@@ -140,14 +139,20 @@ fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm,
     laid.ok_or_else(unknown)
 }
 
+/// The arm that the others are shown against: the default one, or the first.
+fn reference(arms: &[Arm]) -> &str {
+    let default = arms.iter().find(|arm| arm.name == DEFAULT_ARM);
+    &default.unwrap_or(&arms[0]).name
+}
+
 /// A comparison under way.
 struct Field<'a> {
     loaded: &'a Loaded,
     request: &'a CompareRequest,
     watch: CompareWatch<'a>,
     folder: &'a Path,
-    /// Worked out by the first trial that is run: no seed and no arm has a part in it.
-    optimal: OnceLock<OptimalReturns>,
+    /// Worked out by the first trial that needs it: no arm has a part in it.
+    optimal: KnownOptima,
 }
 
 impl Field<'_> {
@@ -204,10 +209,11 @@ impl Field<'_> {
             seeds: seeds.clone(),
             arms: arms.iter().map(summary).collect(),
             episodes: self.loaded.scenario.run.episodes,
-            optimal_steps: sparse_trials[0].result.optimal_steps,
-            optimal_return: sparse_trials[0].result.optimal_return,
+            optimal_steps: mean_over(sparse_trials, |result| result.optimal_steps),
+            optimal_return: mean_over(sparse_trials, |result| result.optimal_return),
             goals_moved_after: sparse_trials[0].result.goals_moved_after,
             sparse_regret: regret_interval(sparse_trials),
+            differences: differences(reference(&arms), &trials),
             tuning: tuned.zip(tuned_trials).map(|(tuned, trials)| Tuning {
                 seeds: tuned.seeds,
                 tried: tuned.tried,

@@ -1,12 +1,16 @@
 //! From the trials of a comparison to its numbers.
 
 use crate::archive::{
-    ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments, ProbabilityInterval, TrialRecord,
-    TrialResult, TrialTiming,
+    ArmDifference, ArmSummary, ArmTiming, IqmInterval, MedianInterval, Moments,
+    ProbabilityInterval, TrialRecord, TrialResult, TrialTiming, TrialsByArm,
 };
 use crate::statistics::{
-    Bootstrap, Interval, interquartile_mean, median, probability_of_improvement,
+    Bootstrap, Interval, MedianBetween, PairedDifference, interquartile_mean, median,
+    probability_of_improvement,
 };
+
+/// The chance that an interval holds what it is the interval of.
+const CONFIDENCE: f64 = 0.95;
 
 /// The summary of an arm against the sparse arm, and against a tuned one if there is one. All are over the same
 /// seeds in the same order; `trials` must not be empty.
@@ -23,6 +27,9 @@ pub fn summarise(
     let of_all = |part: fn(&TrialResult) -> f64| -> Vec<f64> {
         trials.iter().map(|t| part(&t.result)).collect()
     };
+    let of_some = |part: fn(&TrialResult) -> Option<f64>| -> Vec<f64> {
+        trials.iter().filter_map(|t| part(&t.result)).collect()
+    };
     ArmSummary {
         name: name.to_owned(),
         regret: regret_interval(trials),
@@ -36,8 +43,26 @@ pub fn summarise(
         steps_to_1_1x: moments(&|t| t.result.within_1_1x.map(|a| a.steps)),
         final_return: median_interval(&of_all(|result| result.final_return)),
         final_ratio: median(&of_all(|result| result.final_ratio)),
+        greedy_return: median_interval(&of_some(|result| result.greedy_return)),
+        greedy_return_unadvised: median_interval(&of_some(|result| result.greedy_return_unadvised)),
+        failures: share(trials, |result| result.failed),
+        failures_unadvised: share(trials, |result| result.failed_unadvised),
+        worst_seed: worst_seed(trials),
+        gcn_epochs: median(&of_all(|result| result.gcn_epochs as f64)),
         spurious_maxima: trials.iter().filter_map(|t| t.result.spurious_maxima).max(),
     }
+}
+
+/// Mean over the trials, of which there must be one; where all have the same number it is that one to the last bit.
+pub fn mean_over(trials: &[TrialRecord], part: fn(&TrialResult) -> f64) -> f64 {
+    mean_from_first(trials.iter().map(|t| part(&t.result)))
+}
+
+/// x₀ + Σ (x − x₀) / n.
+fn mean_from_first(values: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let count = values.len() as f64;
+    let first = values.clone().next().expect("a mean of something");
+    first + values.map(|value| value - first).sum::<f64>() / count
 }
 
 /// Interquartile mean of the regret.
@@ -60,19 +85,53 @@ pub fn ratio_interval(trials: &[TrialRecord], base: &[TrialRecord]) -> MedianInt
 
 /// The median of what may be nothing.
 fn median_interval(sample: &[f64]) -> MedianInterval {
-    if sample.is_empty() {
-        return MedianInterval {
-            median: None,
-            low: None,
-            high: None,
-        };
-    }
-    let Interval { value, low, high } = Bootstrap::default().interval(sample, median);
+    let between = MedianBetween::of(sample, CONFIDENCE);
     MedianInterval {
-        median: Some(value),
-        low: Some(low),
-        high: Some(high),
+        median: between.map(|between| between.median),
+        low: between.map(|between| between.low),
+        high: between.map(|between| between.high),
     }
+}
+
+/// Share of the trials of which something is true; none if there is one of which it is not known.
+fn share(trials: &[TrialRecord], is_true: fn(&TrialResult) -> Option<bool>) -> Option<f64> {
+    let known: Option<Vec<bool>> = trials.iter().map(|trial| is_true(&trial.result)).collect();
+    known.map(|known| known.iter().filter(|&&is| is).count() as f64 / known.len() as f64)
+}
+
+/// The first seed with the most regret.
+fn worst_seed(trials: &[TrialRecord]) -> u64 {
+    let worse =
+        |worst: &'_ TrialRecord, trial: &'_ TrialRecord| trial.result.regret > worst.result.regret;
+    let worst = trials
+        .iter()
+        .reduce(|worst, trial| if worse(worst, trial) { trial } else { worst });
+    worst.expect("every arm has trials").result.seed
+}
+
+/// The regret of every other arm against that of `against`, seed by seed.
+pub fn differences(against: &str, trials: &TrialsByArm) -> Vec<ArmDifference> {
+    let theirs = trials.iter().find(|(name, _)| name == against);
+    let Some((_, theirs)) = theirs else {
+        return Vec::new();
+    };
+    let others: Vec<_> = trials.iter().filter(|(name, _)| name != against).collect();
+    let difference = |(name, ours): &&(String, Vec<TrialRecord>)| {
+        let paired = PairedDifference::of(&regrets(ours), &regrets(theirs), others.len())?;
+        let between = paired.difference;
+        Some(ArmDifference {
+            arm: name.clone(),
+            against: against.to_owned(),
+            share: MedianInterval {
+                median: Some(between.median),
+                low: Some(between.low),
+                high: Some(between.high),
+            },
+            confidence: between.confidence,
+            verdict: paired.verdict,
+        })
+    };
+    others.iter().filter_map(difference).collect()
 }
 
 /// The two arms are two strata.
@@ -120,6 +179,15 @@ pub fn timing(name: &str, trials: &[TrialRecord]) -> ArmTiming {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn equal_numbers_have_themselves_as_their_mean() {
+        let mean = |values: &[f64]| mean_from_first(values.iter().copied());
+        let tenth = [0.1; 10];
+        assert_ne!(tenth.iter().sum::<f64>(), 1.0);
+        assert_eq!(mean(&tenth), 0.1);
+        assert_eq!(mean(&[20.0, 26.0, 23.0, 11.0]), 20.0);
+    }
 
     #[test]
     fn never_counts_as_latest() {

@@ -10,7 +10,6 @@ use crate::archive::{
 };
 use crate::runner::error::RunnerError;
 use crate::runner::observer::Observers;
-use crate::runner::optimal_returns::OptimalReturns;
 use crate::runner::parallel_map::parallel_map;
 use crate::runner::seed_writer::SightsWriter;
 use crate::runner::trial::{self, Trial};
@@ -68,7 +67,7 @@ impl Field<'_> {
         let first = seed == self.request.seeds[0];
         let keep = first.then(|| folder.join(seed_folder_name(seed)));
         let worlds = &self.loaded.worlds;
-        let optimal = *self.optimal.get_or_init(|| OptimalReturns::of(worlds));
+        let optimal = self.optimal.of(worlds, seed);
         let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed)?;
         let Some(trial) = record(&mut *trial, hash, keep.as_deref(), self.watch.stop)? else {
             return Ok(None);
@@ -112,6 +111,7 @@ fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
     let sums = trial.sums();
     let best = sums.best();
     let (final_return, final_steps) = (sums.final_return(), sums.final_steps());
+    let greedy = trial.greedy_returns();
     let SeedResult {
         seed,
         episodes,
@@ -137,6 +137,10 @@ fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
         optimal_return: best.optimum.expected_return,
         final_return,
         final_ratio: best.ratio(final_return, final_steps),
+        greedy_return: greedy.advised,
+        greedy_return_unadvised: greedy.unadvised,
+        failed: greedy.advised.map(|earned| best.fails(earned)),
+        failed_unadvised: greedy.unadvised.map(|earned| best.fails(earned)),
         goals_moved_after,
         first_goal_step,
         within_1_5x: sums.within_1_5x(),
@@ -145,6 +149,7 @@ fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
         edges,
         spectrum_refreshes,
         gcn_fits,
+        gcn_epochs: sums.gcn_epochs(),
         spurious_maxima: trial.spurious_maxima(),
     })
 }
@@ -152,6 +157,7 @@ fn result(trial: &dyn Trial) -> Result<TrialResult, RunnerError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runner::optimal_returns::OptimalReturns;
     use crate::scenario::{Loaded, Scenario};
 
     fn run_trial(
@@ -160,7 +166,7 @@ mod tests {
         keep: Option<&Path>,
         stop: &AtomicBool,
     ) -> Option<TrialRecord> {
-        let optimal = OptimalReturns::of(&loaded.worlds);
+        let optimal = OptimalReturns::of(&loaded.worlds, seed);
         let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed).unwrap();
         record(&mut *trial, "", keep, stop).unwrap()
     }
@@ -184,6 +190,8 @@ mod tests {
         // −1 a step, 0 for the one that enters the goal: regret is exactly the steps beyond the shortest path.
         assert_eq!(result.regret, result.steps as f64 - 40.0 * 6.0);
         assert_eq!(result.spurious_maxima, Some(0));
+        assert_eq!(result.greedy_return, Some(result.optimal_return));
+        assert_eq!(result.failed, Some(false));
         assert!(result.first_goal_step.unwrap() >= 6);
         assert!(timing.wall_seconds >= timing.spectrum_seconds + timing.fit_seconds);
         let kept = run_trial(&loaded, 5, Some(folder.path()), &go_on);
@@ -191,6 +199,37 @@ mod tests {
         assert!(folder.path().join("snapshots.json").is_file());
         let stop = AtomicBool::new(true);
         assert!(run_trial(&loaded, 5, None, &stop).is_none());
+    }
+
+    fn greedy(text: &str) -> TrialResult {
+        let loaded = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]).unwrap();
+        let trial = run_trial(&loaded, 5, None, &AtomicBool::new(false));
+        trial.unwrap().result
+    }
+
+    /// A corridor of which the agent knows the first cell or two: its greedy policy bumps into the upper wall for ever.
+    #[test]
+    fn a_policy_that_was_not_learnt_earns_what_its_first_action_earns() {
+        let text = "[env]\nrows = 1\ncols = 9\nmax_steps = 3\n[agent]\nkind = \"q-learning\"\n[shaping]\npotential = \"none\"\n\
+                    [exploration]\nkind = \"none\"\n[run]\nepisodes = 60\n";
+        let lost = greedy(text);
+        assert_eq!(lost.greedy_return, Some(-3.0), "{lost:?}");
+        assert_eq!(lost.greedy_return_unadvised, lost.greedy_return);
+        let far = greedy(&text.replace("= 3", "= 20"));
+        assert_eq!(far.greedy_return, Some(-8.0), "{far:?}");
+        assert_eq!((lost.failed, far.failed), (Some(false), Some(false)));
+    }
+
+    /// Without learning, advice alone leads to the goal; and nothing leads an agent that has no preferences.
+    #[test]
+    fn advice_is_told_from_what_was_learnt() {
+        let text = "[env]\nrows = 4\ncols = 4\n[agent]\nactor_learning_rate = 1e-9\ncritic_learning_rate = 1e-9\n\
+                    [run]\nepisodes = 60\n";
+        let advised = greedy(text);
+        assert_eq!(advised.failed, Some(false), "{advised:?}");
+        assert_eq!(advised.failed_unadvised, Some(true), "{advised:?}");
+        let random = greedy(&text.replace("[agent]", "[agent]\nkind = \"random\""));
+        assert_eq!((random.greedy_return, random.failed), (None, None));
     }
 
     #[test]

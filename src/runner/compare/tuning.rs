@@ -1,19 +1,24 @@
 //! Step sizes of the sparse arm for one world: the fairest opponent there is.
 //!
 //! Every arm of a comparison shares its step sizes with the sparse one. They may suit the others better, so the ratio
-//! is also given to a sparse arm that had its own chosen from a small grid, on seeds that the comparison does not use.
+//! is also given to a sparse arm that had its own chosen from a grid, on seeds that the comparison does not use. The grid begins
+//! with 3 × 3 pairs and grows where its best pair lies on an edge, until that is inside (or no step size is left to try).
 
 use super::Field;
 use crate::archive::{TrialRecord, TuningEntry, names};
 use crate::runner::error::RunnerError;
 use crate::scenario::{Arm, BASELINE, Scenario};
 use crate::statistics::interquartile_mean;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// Step sizes of the critic that are tried; the default is in the middle.
-const CRITIC: [f64; 3] = [0.4, 0.7, 1.0];
-/// Step sizes of the actor that are tried.
-const ACTOR: [f64; 3] = [0.03, 0.1, 0.3];
+/// Step sizes of the critic that may be tried, up to the largest there is.
+const CRITIC: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
+/// Step sizes of the actor that may be tried.
+const ACTOR: [f64; 10] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
+/// Those that are tried first, of each; the defaults are in the middle.
+const FIRST_CRITIC: RangeInclusive<usize> = 2..=4;
+const FIRST_ACTOR: RangeInclusive<usize> = 3..=5;
 /// Seeds each pair is tried on.
 const SEEDS: usize = 5;
 /// Where tuning seeds begin.
@@ -29,13 +34,6 @@ pub struct StepSizes {
 }
 
 impl StepSizes {
-    /// All pairs.
-    pub fn grid() -> impl Iterator<Item = StepSizes> {
-        CRITIC
-            .into_iter()
-            .flat_map(|critic| ACTOR.map(|actor| StepSizes { critic, actor }))
-    }
-
     /// As the name of an arm.
     pub fn arm_name(self) -> String {
         format!("{BASELINE}-critic-{}-actor-{}", self.critic, self.actor)
@@ -68,9 +66,54 @@ pub fn tuning_seeds(taken: &[u64]) -> Vec<u64> {
         .collect()
 }
 
-/// Number of pairs, and of trials that tuning takes.
+/// Number of trials that tuning takes at least.
 pub fn tuning_trials() -> usize {
-    CRITIC.len() * ACTOR.len() * SEEDS
+    FIRST_CRITIC.count() * FIRST_ACTOR.count() * SEEDS
+}
+
+/// The part of the two lists that is tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Grid {
+    critic: RangeInclusive<usize>,
+    actor: RangeInclusive<usize>,
+}
+
+impl Grid {
+    fn first() -> Self {
+        Self {
+            critic: FIRST_CRITIC,
+            actor: FIRST_ACTOR,
+        }
+    }
+
+    fn pairs(&self) -> Vec<StepSizes> {
+        let critics = self.critic.clone();
+        critics
+            .flat_map(|c| self.actor.clone().map(move |a| (CRITIC[c], ACTOR[a])))
+            .map(|(critic, actor)| StepSizes { critic, actor })
+            .collect()
+    }
+
+    /// The grid with a step size more on each side on which `best` lies, as far as there are any; none if there is nothing to
+    /// add.
+    fn beyond(&self, best: StepSizes) -> Option<Self> {
+        let grown = Self {
+            critic: grow(&self.critic, &CRITIC, best.critic),
+            actor: grow(&self.actor, &ACTOR, best.actor),
+        };
+        (grown != *self).then_some(grown)
+    }
+}
+
+fn grow(tried: &RangeInclusive<usize>, all: &[f64], best: f64) -> RangeInclusive<usize> {
+    let (mut first, mut last) = (*tried.start(), *tried.end());
+    if best == all[first] {
+        first = first.saturating_sub(1);
+    }
+    if best == all[last] {
+        last = (last + 1).min(all.len() - 1);
+    }
+    first..=last
 }
 
 /// Where the trials of tuning are kept below the folder of a comparison.
@@ -87,35 +130,52 @@ pub(super) struct Tuned {
 }
 
 impl Field<'_> {
-    /// Tries the grid of step sizes; none if stopped.
+    /// Tries grids of step sizes until the best pair is inside; none if stopped.
     pub(super) fn tune(&self, sparse: &Arm) -> Result<Option<Tuned>, RunnerError> {
         let seeds = tuning_seeds(&self.request.seeds);
-        let sizes: Vec<StepSizes> = StepSizes::grid().collect();
-        let lay = |sizes: &StepSizes| {
-            let settings = sparse.settings.iter().cloned().chain(sizes.settings());
-            let (path, sets) = (&self.request.path, &self.request.sets);
-            let (name, text) = (sizes.arm_name(), &self.loaded.text);
-            Scenario::lay_settings(&name, settings.collect(), path, text, sets)
-        };
-        let arms: Vec<Arm> = sizes.iter().map(lay).collect::<Result<_, _>>()?;
-        let all: Vec<&Arm> = arms.iter().collect();
-        let Some(trials) = self.trials(&tuning_folder(self.folder), &all, &seeds)? else {
-            return Ok(None);
-        };
-        let tried: Vec<TuningEntry> = sizes
-            .iter()
-            .zip(&trials)
-            .map(|(sizes, (_, trials))| sizes.entry(trials))
-            .collect();
-        let best = (0..tried.len())
-            .min_by(|&a, &b| tried[a].regret_iqm.total_cmp(&tried[b].regret_iqm))
-            .expect("the grid is not empty");
-        Ok(Some(Tuned {
-            arm: arms[best].clone(),
-            chosen: tried[best],
-            tried,
-            seeds,
-        }))
+        let mut grid = Grid::first();
+        let mut tried: Vec<(StepSizes, Arm, TuningEntry)> = Vec::new();
+        loop {
+            let mut pairs = grid.pairs();
+            pairs.retain(|pair| tried.iter().all(|(known, ..)| known != pair));
+            let arms: Vec<Arm> = pairs
+                .iter()
+                .map(|pair| self.sparse_with(sparse, *pair))
+                .collect::<Result<_, _>>()?;
+            let all: Vec<&Arm> = arms.iter().collect();
+            let Some(trials) = self.trials(&tuning_folder(self.folder), &all, &seeds)? else {
+                return Ok(None);
+            };
+            let entries = pairs.iter().zip(arms).zip(&trials);
+            tried
+                .extend(entries.map(|((pair, arm), (_, trials))| (*pair, arm, pair.entry(trials))));
+            let (best, arm, chosen) = tried
+                .iter()
+                .min_by(|a, b| a.2.regret_iqm.total_cmp(&b.2.regret_iqm))
+                .expect("the grid is not empty");
+            let Some(grown) = grid.beyond(*best) else {
+                return Ok(Some(Tuned {
+                    arm: arm.clone(),
+                    chosen: *chosen,
+                    tried: tried.iter().map(|(_, _, entry)| *entry).collect(),
+                    seeds,
+                }));
+            };
+            grid = grown;
+        }
+    }
+
+    fn sparse_with(&self, sparse: &Arm, sizes: StepSizes) -> Result<Arm, RunnerError> {
+        let settings = sparse.settings.iter().cloned().chain(sizes.settings());
+        let (path, sets) = (&self.request.path, &self.request.sets);
+        let (name, text) = (sizes.arm_name(), &self.loaded.text);
+        Ok(Scenario::lay_settings(
+            &name,
+            settings.collect(),
+            path,
+            text,
+            sets,
+        )?)
     }
 }
 
@@ -136,8 +196,42 @@ mod tests {
     fn the_grid_holds_the_default() {
         let default = crate::agent::ActorCriticParams::default();
         assert!(
-            StepSizes::grid().any(|s| s.critic == default.critic_learning_rate
-                && s.actor == default.actor_learning_rate)
+            Grid::first()
+                .pairs()
+                .iter()
+                .any(|s| s.critic == default.critic_learning_rate
+                    && s.actor == default.actor_learning_rate)
         );
+    }
+
+    /// Follows the best pair of a made-up world to where it is inside.
+    #[test]
+    fn the_grid_grows_until_the_best_is_inside() {
+        let search = |regret: &dyn Fn(StepSizes) -> f64| {
+            let mut grid = Grid::first();
+            loop {
+                let pairs = grid.pairs();
+                let best = *pairs
+                    .iter()
+                    .min_by(|a, b| regret(**a).total_cmp(&regret(**b)))
+                    .unwrap();
+                match grid.beyond(best) {
+                    Some(grown) => grid = grown,
+                    None => return (grid, best),
+                }
+            }
+        };
+        let bowl = |critic: f64, actor: f64| {
+            move |s: StepSizes| (s.critic / critic).ln().abs() + (s.actor / actor).ln().abs()
+        };
+        let (grid, best) = search(&bowl(0.7, 0.1));
+        assert_eq!((grid, best.actor), (Grid::first(), 0.1));
+        let (grid, best) = search(&bowl(0.2, 3.0));
+        assert_eq!((best.critic, best.actor), (0.2, 3.0));
+        assert_eq!((grid.critic, grid.actor), (0..=4, 3..=8));
+        // Nothing is larger than 1 for a critic, and the list of the actor ends somewhere.
+        let (grid, best) = search(&bowl(5.0, 1e9));
+        assert_eq!((best.critic, best.actor), (1.0, 30.0));
+        assert_eq!((grid.critic, grid.actor), (2..=4, 3..=9));
     }
 }

@@ -10,13 +10,17 @@ use eigentrail::graph::StateId;
 use eigentrail::seeds::{Stream, stream};
 use rand::RngExt;
 
-const KINDS: [AgentKind; 7] = [
+const KINDS: [AgentKind; 11] = [
     AgentKind::ActorCritic,
     AgentKind::QLearning,
     AgentKind::Sarsa,
     AgentKind::DynaQ,
+    AgentKind::DynaQPlus,
     AgentKind::Planner,
     AgentKind::PolicyIteration,
+    AgentKind::MbieEb,
+    AgentKind::Ucbvi,
+    AgentKind::Psrl,
     AgentKind::Random,
 ];
 

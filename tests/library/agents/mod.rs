@@ -6,3 +6,4 @@ mod learning;
 mod model_based;
 mod updates;
 mod world;
+mod yardsticks;
