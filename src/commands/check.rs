@@ -92,9 +92,6 @@ impl Best {
             optimal_return: optimum.expected_return,
         }
     }
-    for caution in worlds.potential_cautions() {
-        say(format!("warning: {caution}"));
-    }
 }
 
 impl<'a> Facts<'a> {
@@ -157,6 +154,7 @@ fn warnings(scenario: &Scenario, worlds: &Worlds) -> Vec<String> {
                 .to_owned(),
         );
     }
+    warnings.extend(worlds.potential_cautions());
     warnings
 }
 

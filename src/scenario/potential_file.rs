@@ -226,7 +226,6 @@ fn coordinate(column: &str, field: &str) -> Result<usize, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::scenario::{Loaded, Scenario};
     use std::fs;
 

@@ -138,7 +138,7 @@ mod tests {
         let transitions = TransitionMatrix::undirected(&path(30));
         let problem = problem(&transitions, &[(0, 0.0), (29, 12.0)], &[1.0; 30]);
         let phi = fit(&mut dr(0.7, ScaleMode::Raw), &path(30), &problem);
-        assert_eq!((phi[0], phi[29]), (0.0, -6.0));
+        assert!(phi[0] == 0.0 && (phi[29] + 6.0).abs() < 1e-12, "{phi:?}");
         let mut heat = HeatPotential {
             kept: 0.5,
             scale_factor: FACTOR,

@@ -434,7 +434,7 @@ fn bad_input_is_an_error_that_says_what() {
     );
     assert_eq!(
         message(&adjacency, &[StateId(0)], PotentialKind::Oracle),
-        "potential kind `oracle` needs more than a graph: choose gcn, report, heat or hops"
+        "potential kind `oracle` needs more than a graph: choose gcn, report, heat, dr, sr, hops or random"
     );
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let mut matrix = adjacency.as_csr().clone();
