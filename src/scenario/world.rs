@@ -3,7 +3,6 @@
 use super::Scenario;
 use super::env::{Actions, EnvKind, EnvParams, GoalList};
 use super::error::BrokenRule;
-use super::layout::goal_stream;
 use super::magnitude::Extent;
 use super::place::{MoveAfter, Place};
 use super::start::Start;
@@ -267,17 +266,6 @@ impl World {
         match self {
             World::Grid(world) => world.reseed(rng),
             World::Listed(world, _) => world.reseed(rng),
-        }
-    }
-
-    /// Puts the one goal of a map where a run with this seed has it.
-    pub(super) fn draw_goal(&mut self, seed: u64) {
-        if let World::Grid(world) = self {
-            let (map, anywhere) = (world.layout().clone(), world.params().random_start);
-            let drawn = map.with_random_goal(anywhere, &mut goal_stream(seed));
-            let goals = drawn.expect("there was a place for a goal before").goals;
-            let moved = world.set_goals(goals);
-            moved.expect("a single goal that can be reached is a valid one");
         }
     }
 

@@ -15,8 +15,8 @@ use std::path::Path;
 pub struct Worlds {
     first: World,
     moved: Option<MovedWorld>,
-    /// Whether each seed has a goal of its own.
-    draw_goal: bool,
+    /// The scenario, if each seed has a goal of its own.
+    drawn: Option<Box<Scenario>>,
     potentials: Vec<PotentialFile>,
 }
 
@@ -32,7 +32,9 @@ impl Worlds {
         let mut worlds = Self {
             first: scenario.first_world(list, seed)?,
             moved: scenario.world_after_move(list, seed)?,
-            draw_goal: GoalList::First.is_drawn(&scenario.env),
+            drawn: GoalList::First
+                .is_drawn(&scenario.env)
+                .then(|| Box::new(scenario.clone())),
             potentials: Vec::new(),
         };
         worlds.read_potential(&scenario.shaping)?;
@@ -73,15 +75,16 @@ impl Worlds {
 
     /// Whether the goal that a run begins with is at another place for each seed.
     pub fn differ_by_seed(&self) -> bool {
-        self.draw_goal
+        self.drawn.is_some()
     }
 
     /// The first one for a run with this seed, which draws slips, random starts and a random goal. O(states).
     pub fn first_for(&self, seed: u64) -> World {
-        let mut world = self.first.clone();
-        if self.draw_goal {
-            world.draw_goal(seed);
+        if let Some(scenario) = &self.drawn {
+            let world = scenario.first_world(None, seed); // an edge list draws no goals
+            return world.expect("where one seed has a goal the next one has");
         }
+        let mut world = self.first.clone();
         world.reseed(stream(seed, Stream::Environment));
         world
     }
