@@ -135,7 +135,7 @@ pub trait Model: Environment {
     /// What the best policy earns in an episode and how long it takes; see [`TabularMdp::optimum`] for the cost.
     fn optimum(&self) -> Optimum {
         self.to_mdp()
-            .optimum(&self.start_distribution(), self.max_steps())
+            .optimum(self.start_distribution(), self.max_steps())
     }
 
     /// Of a continuing task, whose resets break nothing off, what the best policy earns a step; `None` where episodes

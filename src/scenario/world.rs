@@ -365,7 +365,7 @@ impl World {
                 return Vec::new();
             }
             let mdp = world.to_mdp();
-            mdp.cautions(&world.start_distribution(), world.max_steps())
+            mdp.cautions(world.start_distribution(), world.max_steps())
         }
         let cautions = match self {
             World::Grid(world) => of(world),

@@ -52,7 +52,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("statistics", &[]),
-    ("archive", &["scenario"]),
+    ("archive", &["scenario", "statistics"]),
     (
         "runner",
         &[

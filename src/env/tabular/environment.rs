@@ -222,7 +222,7 @@ impl Model for TabularEnvironment {
                 expected_return: gain * max_steps as f64,
                 expected_steps: max_steps as f64,
             },
-            None => self.mdp.optimum(&self.start_distribution(), max_steps),
+            None => self.mdp.optimum(self.start_distribution(), max_steps),
         }
     }
 

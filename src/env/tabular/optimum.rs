@@ -335,7 +335,7 @@ mod tests {
                 earned += weight / 5.0 * single.expected_return;
                 taken += weight / 5.0 * single.expected_steps;
             }
-            let whole = mdp.optimum(&Starts::weighted(weights), max_steps);
+            let whole = mdp.optimum(Starts::weighted(weights), max_steps);
             assert!((whole.expected_return - earned).abs() < 1e-12, "{whole:?}");
             assert!((whole.expected_steps - taken).abs() < 1e-12, "{whole:?}");
         }
