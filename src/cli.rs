@@ -102,7 +102,7 @@ pub enum Command {
     Report(Report),
     /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
     Export(Export),
-    /// Draw a scenario with and without shaping as one SVG, or the source paper's figures 4 to 9
+    /// Draw a scenario beside the actor-critic alone as one SVG, or the source paper's figures 4 to 9
     Figures(Figures),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
@@ -377,7 +377,7 @@ pub enum ExportFormat {
 #[derive(Args, Debug)]
 pub struct Figures {
     /// A scenario file, or the name of a scenario that comes with the program (see `list`): φ on its map at four
-    /// moments, and the regret with and without shaping
+    /// moments, and the regret beside that of the actor-critic alone
     #[arg(value_name = "SCENARIO.toml", required_unless_present = "all")]
     pub scenario: Option<PathBuf>,
     /// Draw counterparts of the paper's figures 4 to 9 from the scenarios in scenarios/report, with a page around them

@@ -1,13 +1,15 @@
-//! Is the shaping of a run valid? Three questions, answered from what the run recorded and from the true model.
+//! Is the shaping of a run valid? A few questions, answered from what the run recorded and from the true model.
 //!
 //! Shaping by F = γφ(s′) − φ(s), φ = 0 after termination, must leave the optimal actions as they are
 //! (Ng, Harada & Russell 1999): Q*_shaped(s, a) = Q*(s, a) − φ(s).
 
+use super::terminal::amount;
 use crate::archive::RecordedSeed;
 use crate::env::layouts::Layout;
 use crate::env::{Action, Model, Outcome, TabularMdp};
 use crate::exploration::ExplorationKind;
 use crate::scenario::{Scenario, World};
+use crate::shaping::PotentialKind;
 use serde::Serialize;
 
 /// Largest world of which the values are computed.
@@ -16,6 +18,9 @@ const MAX_STATES: usize = 5_000;
 /// To what the two sides of an identity may differ: sums of thousands of terms of size 1 to 1000, and φ kept to four
 /// digits.
 const TOLERANCE: f64 = 1e-6;
+
+/// Share of the best return by which a policy may fall short of it.
+const FAILURE: f64 = 0.05;
 
 /// Answer to one question about a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,11 +46,11 @@ pub fn validity(scenario: &Scenario, seed: &RecordedSeed) -> Vec<Check> {
         Ok(World::Grid(world)) => {
             let layout = world.layout();
             let index = |label: &str| Some(world.mdp_index(&cell(layout, label)?));
-            checks.extend(on_the_model(scenario, seed, &world.to_mdp(), index));
+            checks.extend(on_the_model(scenario, seed, &world, index));
         }
         Ok(World::Listed(world, names)) => {
             let index = |label: &str| names.iter().position(|name| name == label);
-            checks.extend(on_the_model(scenario, seed, &world.to_mdp(), index));
+            checks.extend(on_the_model(scenario, seed, &world, index));
         }
         Err(error) => checks.push(Check {
             name: "The optimal policy stays",
@@ -112,9 +117,10 @@ fn telescopes(scenario: &Scenario, seed: &RecordedSeed) -> Check {
 fn on_the_model(
     scenario: &Scenario,
     seed: &RecordedSeed,
-    mdp: &TabularMdp,
+    world: &impl Model,
     index: impl Fn(&str) -> Option<usize>,
 ) -> Vec<Check> {
+    let mdp = &world.to_mdp();
     let name = "The optimal policy stays (value iteration on the true model)";
     let states = mdp.num_states();
     if states > MAX_STATES {
@@ -161,14 +167,16 @@ fn on_the_model(
             right += usize::from(optimal.contains(&Action(action)));
         }
     }
-    vec![
-        Check {
-            name,
-            holds: Some(changed == 0),
-            detail: format!(
-                "optimal actions differ in {changed} of {compared} states; largest |V_shaped + φ − V| = {error:.1e}"
-            ),
-        },
+    let mut checks = vec![Check {
+        name,
+        holds: Some(changed == 0),
+        detail: format!(
+            "optimal actions differ in {changed} of {compared} states; largest |V_shaped + φ − V| = {error:.1e}. This is about the \
+             shaped reward, and no other part of the agent"
+        ),
+    }];
+    checks.extend(advice(scenario, world, mdp, &phi));
+    checks.push(
         Check {
             name: "What was learnt (for information)",
             holds: None,
@@ -176,7 +184,57 @@ fn on_the_model(
                 "the action held best is optimal in {right} of {held} visited states; rarely visited ones need not be learnt"
             ),
         },
-    ]
+    );
+    checks
+}
+
+/// What look-ahead advice does to the promise, if it is given: it bends what the agent does, and no theorem says that φ rises
+/// along the best policy. So the policy that does nothing but climb is evaluated.
+fn advice(scenario: &Scenario, world: &impl Model, mdp: &TabularMdp, phi: &[f64]) -> Option<Check> {
+    let weight = scenario.exploration.potential_advice;
+    let advises = scenario.exploration.kind == ExplorationKind::Frontier
+        && scenario.shaping.potential != PotentialKind::None;
+    if !advises || weight == 0.0 || world.optimal_gain().is_some() {
+        return None;
+    }
+    let climb = |state| climbing_action(mdp, phi, state);
+    let policy: Vec<Action> = (0..mdp.num_states()).map(climb).collect();
+    let earned = mdp.policy_return(world.start_distribution(), world.max_steps(), &policy);
+    let best = world.optimum().expected_return;
+    let (lowest, highest) = mdp.reward_range();
+    let scale = match best == 0.0 {
+        true => highest.max(-lowest),
+        false => best.abs(),
+    };
+    Some(Check {
+        name: "Climbing φ, as look-ahead advice says, earns what the best policy earns (the promise does not cover it)",
+        holds: Some(earned >= best - FAILURE * scale),
+        detail: format!(
+            "{} in place of {} an episode, exactly; {weight} logits of advice a step of φ bend what the agent does, whatever it \
+             has learnt",
+            amount(earned),
+            amount(best)
+        ),
+    })
+}
+
+/// The first of the actions along which φ is expected to rise most in the true world; φ = 0 where episodes end.
+fn climbing_action(mdp: &TabularMdp, phi: &[f64], state: usize) -> Action {
+    let worth = |outcome: &Outcome| match mdp.is_terminal(outcome.next as usize) {
+        true => 0.0,
+        false => phi[outcome.next as usize],
+    };
+    let expected = |action: Action| -> f64 {
+        let outcomes = mdp.outcomes(state, action).iter();
+        outcomes
+            .map(|outcome| outcome.probability * worth(outcome))
+            .sum()
+    };
+    let best = |best: Action, action: Action| match expected(action) > expected(best) {
+        true => action,
+        false => best,
+    };
+    mdp.actions().fold(Action(0), best)
 }
 
 /// φ by state of the model; where the run never was, the lowest.

@@ -71,7 +71,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "report",
-        &["archive", "env", "exploration", "scenario", "statistics"],
+        &[
+            "archive",
+            "env",
+            "exploration",
+            "scenario",
+            "shaping",
+            "statistics",
+        ],
     ),
     ("export", &["archive", "env", "graph"]),
     (

@@ -48,6 +48,43 @@ fn shaping_of_the_default_run_is_valid() {
     assert!(!html.contains("\"holds\":false"));
 }
 
+/// Where the short way is the bad way, look-ahead advice says so nowhere but here; without advice there is nothing to say.
+#[test]
+fn what_advice_does_to_the_promise_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |name: &str, sets: &[&str]| {
+        let out = folder.path().join(name);
+        let mut command = eigentrail();
+        command.args([
+            "run",
+            "bridge_pit",
+            "-q",
+            "--set",
+            "run.episodes=300",
+            "--out",
+        ]);
+        command.arg(&out);
+        for set in sets {
+            command.args(["--set", set]);
+        }
+        command.assert().success();
+        let data = data(&std::fs::read_to_string(out.join("report.html")).unwrap());
+        let checks = data["arms"][0]["checks"].as_array().unwrap().clone();
+        let about_advice = |check: &serde_json::Value| {
+            let name = check["name"].as_str().unwrap();
+            name.starts_with("Climbing φ")
+        };
+        checks.into_iter().find(about_advice)
+    };
+    let advised = check("advised", &[]).expect("the default advises");
+    assert_eq!(advised["holds"], false, "{advised}");
+    assert_eq!(
+        check("unadvised", &["exploration.potential_advice=0"]),
+        None
+    );
+    assert_eq!(check("alone", &["exploration.kind=none"]), None);
+}
+
 #[test]
 fn a_comparison_leaves_a_page_with_its_numbers() {
     let folder = tempfile::tempdir().unwrap();

@@ -170,7 +170,7 @@ fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         8,
         format!(
             "Regret and steps over {} episodes: means of {} seeds with 95 % intervals. At the end the regret is {:.0}, \
-             without shaping {:.0}.",
+             of the actor-critic alone {:.0}.",
             regret[0].num_episodes(),
             shaped.seeds.len(),
             regret[0].at_end(),
@@ -207,7 +207,7 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         9,
         format!(
             "Grids joined by corridors, which the paper leaves open: the potential leads through them. Regret at the \
-             end {:.0}, without shaping {:.0} (means of {} seeds, 95 % intervals).",
+             end {:.0}, of the actor-critic alone {:.0} (means of {} seeds, 95 % intervals).",
             regret[0].at_end(),
             regret[1].at_end(),
             shaped.seeds.len()

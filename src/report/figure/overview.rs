@@ -32,7 +32,7 @@ pub fn overview(layout: &Layout, shaped: &RecordedRun, sparse: &RecordedRun) -> 
     draw_regret(&mut drawing, shaped, sparse);
     let description = format!(
         "Above: the potential on the map at four moments of one run, covering {} states at last. Below: mean regret \
-         over the episodes, {} with shaping and {} without.",
+         over the episodes, {} with search, advice and shaping, {} of the actor-critic alone.",
         seed.labels.len(),
         regret_at_end(shaped),
         regret_at_end(sparse),
@@ -144,7 +144,7 @@ fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun
     let title =
         format!("Regret: reward lost against the best policy (mean of {seeds} seeds{band})");
     drawing.log_axes(&chart, "episode", &title);
-    for (curve, class, name) in [(1, "b", "without shaping"), (0, "a", "eigentrail")] {
+    for (curve, class, name) in [(1, "b", "actor-critic alone"), (0, "a", "eigentrail")] {
         let (x, y) = drawing.band(&chart, &curves[curve], class);
         let class = format!("{class}t");
         drawing.text(x + 8.0, y + 4.5, Anchor::Start, &class, name);
