@@ -3,7 +3,8 @@
 
 Usage: benches/learning/table.py OUT [PART…]      parts: tune, random-goals, corners, hard, boards, held-out, method, sensitivity, times
 
-Goes on where it was if OUT exists. Every arm runs twice: as it comes, and with the settings that tuning chose (NAME-tuned).
+Goes on where it was if OUT exists. Every arm runs twice, as it comes and with the settings that tuning chose
+(NAME-tuned), but for the corners.
 Needs Python 3.9 and cargo, nothing else. benches/learning/page.py puts the results into the documents.
 """
 
@@ -117,8 +118,8 @@ def tune(out):
 
 
 def part(out, name):
-    """All arms on the worlds of a part, as they come and tuned."""
-    chosen = json.loads((out / "tuned.json").read_text())
+    """All arms on the worlds of a part, as they come and, on most parts, tuned."""
+    chosen = {} if name in protocol.AS_THEY_COME else json.loads((out / "tuned.json").read_text())
     for world in protocol.PARTS[name]:
         arms = protocol.arms_on(world)
         sets, tuned = [], []

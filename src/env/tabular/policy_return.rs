@@ -28,7 +28,11 @@ impl Occupancy {
         }
     }
 
+    /// What underflows is nowhere: a place with no chance would be listed once more for each way that leads there.
     fn add(&mut self, state: usize, chance: f64) {
+        if chance < f64::MIN_POSITIVE {
+            return;
+        }
         if self.chance[state] == 0.0 {
             self.places.push(state);
         }
@@ -84,6 +88,7 @@ impl TabularMdp {
                 }
             }
             std::mem::swap(&mut now, &mut next);
+            debug_assert!(now.places.len() <= self.num_states(), "a place once");
             if now.total() <= NEGLIGIBLE {
                 break;
             }
@@ -143,6 +148,25 @@ mod tests {
         let starts = Starts::weighted([(0, 3.0), (1, 1.0)]);
         // 3/4 · 2 − 1/4 · 1.
         assert_eq!(mdp.policy_return(&starts, 9, &[Action(0); 3]), 1.25);
+    }
+
+    #[test]
+    fn chances_that_underflow_do_not_multiply_places() {
+        // All but a sliver stays; the sliver fans out again and again, and is below the smallest number at the fifth.
+        let sliver = 1e-65;
+        let stay = outcome(0, 1.0 - 4.0 * sliver, -1.0);
+        let fan = (1..5).map(|to| outcome(to, sliver, -1.0));
+        let mut states = vec![vec![
+            std::iter::once(stay).chain(fan.clone()).collect::<Vec<_>>(),
+        ]];
+        states.extend((1..5).map(|_| {
+            let back = outcome(5, 1.0 - 4.0 * sliver, -1.0);
+            vec![std::iter::once(back).chain(fan.clone()).collect()]
+        }));
+        states.push(vec![]);
+        let terminal = vec![false, false, false, false, false, true];
+        let mdp = TabularMdp::new(&states, terminal).unwrap();
+        assert_eq!(mdp.policy_return(&[0], 10, &[Action(0); 6]), -10.0);
     }
 
     fn small_world() -> impl Strategy<Value = (Vec<Vec<Vec<Outcome>>>, Vec<u16>)> {
