@@ -221,7 +221,8 @@ def main():
     for name in protocol.PARTS:
         results = parts(out, [name])
         tables[f"all arms, {name}"] = all_arms(results, as_it_comes)
-        tables[f"tuned arms, {name}"] = all_arms(results, tuned)
+        if name not in protocol.AS_THEY_COME:
+            tables[f"tuned arms, {name}"] = all_arms(results, tuned)
     tables["profile"] = profile(every, as_it_comes + tuned)
     tables["verdicts"] = verdicts(every, [n for n in as_it_comes if n != "gcn"])
     tables["tuning"] = tuning(out)
