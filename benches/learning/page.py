@@ -53,6 +53,18 @@ def share(value):
     return "–" if value is None else f"{100 * value:.0f} %"
 
 
+def of_optimum(result, arm):
+    """Return of the median final greedy policy as a share of the optimum: 1 + (R − R*) ÷ |R*|; none where R* = 0."""
+    best, earned = result["optimal_return"], arm["greedy_return"]
+    return None if not best or earned is None or earned["median"] is None else 1 + (earned["median"] - best) / abs(best)
+
+
+def cell(result, arm):
+    """Regret ÷ sparse, share of the optimum, how many policies fail."""
+    ratio = number(arm["ratio_to_sparse"]["median"])
+    return f"{ratio} · {number(of_optimum(result, arm))} ({share(arm['failures'])})"
+
+
 def over(result, arm, other):
     """Regret of an arm ÷ that of another, interquartile means."""
     arms = result["by_name"]
@@ -68,8 +80,8 @@ def best(result, names):
 
 
 def default_arm(results):
-    yield "| world | seeds | R* | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | fails | fails without advice | epochs |"
-    yield "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    yield "| world | seeds | R* | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | share of the optimum | fails | fails without advice | worst seed | epochs |"
+    yield "|---|" + "---:|" * 13
     for world, result in results:
         gcn = result["by_name"]["gcn"]
         rival = best(result, [f"{name}-tuned" for name in PUBLISHED])
@@ -84,8 +96,10 @@ def default_arm(results):
             against,
             number(gcn["first_goal_step"]["median"]),
             interval(gcn["greedy_return"]),
+            number(of_optimum(result, gcn)),
             share(gcn["failures"]),
             share(gcn["failures_unadvised"]),
+            gcn["worst_seed"],
             number(gcn["gcn_epochs"]),
         ]
         yield "| " + " | ".join(str(cell) for cell in cells) + " |"
@@ -93,7 +107,7 @@ def default_arm(results):
 
 def all_arms(results, names):
     """A row for each arm, a column for each world: regret ÷ sparse, and how many policies fail."""
-    yield "| regret ÷ sparse (fails) | " + " | ".join(world.name for world, _ in results) + " |"
+    yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(world.name for world, _ in results) + " |"
     yield "|---|" + "---:|" * len(results)
     for name in names:
         cells = []
@@ -102,7 +116,7 @@ def all_arms(results, names):
             if arm is None:
                 cells.append("")
             else:
-                cells.append(f"{number(arm['ratio_to_sparse']['median'])} ({share(arm['failures'])})")
+                cells.append(cell(result, arm))
         if any(cells):
             yield f"| {name} | " + " | ".join(cells) + " |"
 
@@ -188,13 +202,11 @@ def recipes(out):
 
 def front(results):
     names = ["gcn", "no-advice", "no-shaping", "heat", "planner-frontier", "planner", "q-learning"]
-    yield "| regret ÷ sparse (seeds whose final policy fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
+    yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
     yield "|---|" + "---:|" * len(names)
     for world, result in results:
-        cells = []
-        for name in names:
-            arm = result["by_name"].get(name)
-            cells.append(f"{number(arm['ratio_to_sparse']['median'])} ({share(arm['failures'])})" if arm else "")
+        arms = (result["by_name"].get(name) for name in names)
+        cells = [cell(result, arm) if arm else "" for arm in arms]
         yield f"| {world.name} | " + " | ".join(cells) + " |"
 
 
