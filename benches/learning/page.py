@@ -6,6 +6,7 @@ Usage: benches/learning/page.py OUT        (the folder that table.py has filled)
 
 import json
 import re
+import statistics
 import sys
 from pathlib import Path
 
@@ -17,10 +18,12 @@ PUBLISHED = ["psrl", "mbie-eb", "ucbvi", "dyna-q-plus"]
 
 
 def read(out, part, world):
-    path = out / part / world.name.replace(" ", "_") / "compare.json"
+    folder = out / part / world.name.replace(" ", "_")
+    path = folder / "compare.json"
     if not path.exists():
         return None
     result = json.loads(path.read_text())
+    result["folder"] = folder
     result["by_name"] = {arm["name"]: arm for arm in result["arms"]}
     result["clock"] = {arm["name"]: arm for arm in result["timing"]}
     return result
@@ -53,16 +56,23 @@ def share(value):
     return "–" if value is None else f"{100 * value:.0f} %"
 
 
-def of_optimum(result, arm):
-    """Return of the median final greedy policy as a share of the optimum: 1 + (R − R*) ÷ |R*|; none where R* = 0."""
-    best, earned = result["optimal_return"], arm["greedy_return"]
-    return None if not best or earned is None or earned["median"] is None else 1 + (earned["median"] - best) / abs(best)
+def of_optimum(result, name):
+    """Median over the seeds of what the final greedy policy earns as a share of the optimum: 1 + (R − R*) ÷ |R*|; none where R* = 0."""
+    shares = []
+    for path in sorted((result["folder"] / "arms" / name).glob("seed-*.json")):
+        run = json.loads(path.read_text())["result"]
+        best, earned = run["optimal_return"], run["greedy_return"]
+        if best and earned is not None:
+            shares.append(1 + (earned - best) / abs(best))
+    return statistics.median(shares) if shares else None
 
 
-def cell(result, arm):
+def cell(result, name):
     """Regret ÷ sparse, share of the optimum, how many policies fail."""
-    ratio = number(arm["ratio_to_sparse"]["median"])
-    return f"{ratio} · {number(of_optimum(result, arm))} ({share(arm['failures'])})"
+    arm = result["by_name"].get(name)
+    if arm is None:
+        return ""
+    return f"{number(arm['ratio_to_sparse']['median'])} · {number(of_optimum(result, name))} ({share(arm['failures'])})"
 
 
 def over(result, arm, other):
@@ -80,7 +90,7 @@ def best(result, names):
 
 
 def default_arm(results):
-    yield "| world | seeds | R* | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | share of the optimum | fails | fails without advice | worst seed | epochs |"
+    yield "| world | seeds | R* (mean) | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | share of the optimum | fails | fails without advice | worst seed | epochs |"
     yield "|---|" + "---:|" * 13
     for world, result in results:
         gcn = result["by_name"]["gcn"]
@@ -96,7 +106,7 @@ def default_arm(results):
             against,
             number(gcn["first_goal_step"]["median"]),
             interval(gcn["greedy_return"]),
-            number(of_optimum(result, gcn)),
+            number(of_optimum(result, "gcn")),
             share(gcn["failures"]),
             share(gcn["failures_unadvised"]),
             gcn["worst_seed"],
@@ -110,13 +120,7 @@ def all_arms(results, names):
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(world.name for world, _ in results) + " |"
     yield "|---|" + "---:|" * len(results)
     for name in names:
-        cells = []
-        for _, result in results:
-            arm = result["by_name"].get(name)
-            if arm is None:
-                cells.append("")
-            else:
-                cells.append(cell(result, arm))
+        cells = [cell(result, name) for _, result in results]
         if any(cells):
             yield f"| {name} | " + " | ".join(cells) + " |"
 
@@ -205,8 +209,7 @@ def front(results):
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
     yield "|---|" + "---:|" * len(names)
     for world, result in results:
-        arms = (result["by_name"].get(name) for name in names)
-        cells = [cell(result, arm) if arm else "" for arm in arms]
+        cells = [cell(result, name) for name in names]
         yield f"| {world.name} | " + " | ".join(cells) + " |"
 
 

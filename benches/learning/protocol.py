@@ -160,12 +160,14 @@ FIXED = ["oracle", "random-potential", "negated-oracle", "report"]
 # can do without.
 EPISODE_PLANNERS = {"mbie-eb", "ucbvi", "psrl"}
 CELLS = {"open_15x15", "u_trap", "rooms_25x25", "maze_101", "spiral", "one_way", "open_15x15_turns", "four_rooms_slip", "taxi"}
+THOUSANDS = {"rooms_50x50", "open_50x50", "maze_101"}
 SMALL_ONLY = EPISODE_PLANNERS | {"report", "negated-oracle", "random-potential", "sarsa", "count-bonus"}
 
 
 def arms_on(world):
     """The names of the arms that are run on a world."""
-    left_out = SMALL_ONLY if world.seeds <= 10 else EPISODE_PLANNERS if world.scenario in CELLS else set()
+    large = world.scenario in THOUSANDS and world.seeds <= 10
+    left_out = SMALL_ONLY if large else EPISODE_PLANNERS if world.scenario in CELLS else set()
     return [name for name in [arm.name for arm in ARMS] + FIXED if name not in left_out]
 
 
