@@ -2,8 +2,8 @@
 
 use super::{
     ActorCritic, Agent, AgentKind, AgentParams, DynaQ, DynaQPlus, Experience, FeatureKind, MbieEb,
-    Planner, PolicyIteration, ProtoValueFeatures, Psrl, QLearning, RandomAgent, Sarsa, Situation,
-    Tabular, Ucbvi, UpdateInfo,
+    Planner, PolicyIteration, ProtoValueFeatures, Psrl, QLearning, RandomAgent, ReplayActorCritic,
+    Sarsa, Situation, Tabular, Ucbvi, UpdateInfo,
 };
 use crate::env::Action;
 use crate::graph::StateId;
@@ -27,6 +27,7 @@ pub enum AnyAgent {
     MbieEb(MbieEb),
     Ucbvi(Ucbvi),
     Psrl(Psrl),
+    ReplayActorCritic(ReplayActorCritic),
 }
 
 impl AnyAgent {
@@ -58,6 +59,10 @@ impl AnyAgent {
             AgentKind::MbieEb => AnyAgent::MbieEb(MbieEb::new(params.mbie_eb(), num_actions, seed)),
             AgentKind::Ucbvi => AnyAgent::Ucbvi(Ucbvi::new(params.ucbvi(), num_actions, seed)),
             AgentKind::Psrl => AnyAgent::Psrl(Psrl::new(params.psrl(), num_actions, seed)),
+            AgentKind::ReplayActorCritic => {
+                let params = params.replay_actor_critic();
+                AnyAgent::ReplayActorCritic(ReplayActorCritic::new(params, num_actions, mix, seed))
+            }
             AgentKind::Random => AnyAgent::Random(RandomAgent::new(num_actions, seed)),
         }
     }
@@ -107,6 +112,7 @@ macro_rules! each {
             AnyAgent::MbieEb($agent) => $call,
             AnyAgent::Ucbvi($agent) => $call,
             AnyAgent::Psrl($agent) => $call,
+            AnyAgent::ReplayActorCritic($agent) => $call,
         }
     };
 }
@@ -124,6 +130,10 @@ impl Agent for AnyAgent {
 
     fn set_features(&mut self, features: faer::MatRef<'_, f64>) {
         each!(self, agent => agent.set_features(features));
+    }
+
+    fn set_potential(&mut self, potential: &[f64]) {
+        each!(self, agent => agent.set_potential(potential));
     }
 
     fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {

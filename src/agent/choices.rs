@@ -10,6 +10,8 @@ pub enum AgentKind {
     /// Action-value actor-critic with a softmax policy.
     #[default]
     ActorCritic,
+    /// Actor-critic that replays what it has seen, shaped by the potential as it stands.
+    ReplayActorCritic,
     /// Q-learning.
     QLearning,
     /// SARSA or expected SARSA.
@@ -70,7 +72,7 @@ pub enum Bootstrap {
     Expected,
 }
 
-/// Guide of the planner to actions that it does not know.
+/// Guide of an agent that plans to actions that it does not know.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Untried {

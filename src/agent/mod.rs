@@ -11,6 +11,7 @@
 //! | learner | file | value of an action | advice | shaping |
 //! |---|---|---|---|---|
 //! | [`ActorCritic`] | `actor_critic` | Q_w by temporal differences, policy π_θ beside it | on the logits | yes |
+//! | [`ReplayActorCritic`] | `replay_actor_critic` | V by prioritised sweeping over the learnt model, with F of the present φ | on the logits | yes |
 //! | [`QLearning`] | `q_learning` | Q by off-policy differences | on Q, when choosing | yes |
 //! | [`Sarsa`] | `sarsa` | Q by on-policy differences | on Q, when choosing | yes |
 //! | [`DynaQ`] | `dyna_q` | Q by prioritised sweeping over the learnt model | on Q, when choosing | yes |
@@ -52,6 +53,7 @@ mod psrl;
 mod pvf;
 mod q_learning;
 mod random;
+mod replay_actor_critic;
 mod reward_range;
 mod sarsa;
 mod small_mdp;
@@ -77,6 +79,7 @@ pub use psrl::{Psrl, PsrlParams};
 pub use pvf::ProtoValueFeatures;
 pub use q_learning::{QLearning, QLearningParams};
 pub use random::RandomAgent;
+pub use replay_actor_critic::{ReplayActorCritic, ReplayActorCriticParams};
 pub use sarsa::{Sarsa, SarsaParams};
 pub use ucbvi::{Ucbvi, UcbviParams};
 
@@ -152,6 +155,9 @@ pub trait Agent {
 
     /// Linear features of every known state, n × k, after a spectrum refresh; agents that use tables ignore it.
     fn set_features(&mut self, _features: faer::MatRef<'_, f64>) {}
+
+    /// φ of every known state, after a fit; agents that keep no transitions to shape anew ignore it.
+    fn set_potential(&mut self, _potential: &[f64]) {}
 
     /// The likeliest action at `state` under this advice (the first of equals); `None` where it has no opinion. For
     /// maps and arrows, not for acting.

@@ -190,6 +190,13 @@ impl EmpiricalModel {
             .map_or(0, |pair| pair.tries)
     }
 
+    /// Whether some action of `state` was never tried. O(actions).
+    pub fn has_untried(&self, state: StateId) -> bool {
+        let place = state.index() * self.num_actions;
+        let pairs = self.pairs.iter().skip(place).take(self.num_actions);
+        pairs.into_iter().any(|pair| pair.tries == 0)
+    }
+
     /// Whether arriving in `state` ended the episode, the last time it was entered.
     pub fn is_terminal(&self, state: StateId) -> bool {
         self.terminal[state.index()]

@@ -7,7 +7,8 @@ use super::checks::{MOST_WORK, check_gamma};
 use super::choices::{AgentKind, Bootstrap, FeatureKind, Untried, UpdateRule};
 use super::{
     ActorCriticParams, DynaQParams, DynaQPlusParams, EpisodePlanParams, MbieEbParams,
-    PlannerParams, PolicyIterationParams, PsrlParams, QLearningParams, SarsaParams, UcbviParams,
+    PlannerParams, PolicyIterationParams, PsrlParams, QLearningParams, ReplayActorCriticParams,
+    SarsaParams, UcbviParams,
 };
 use crate::parameter::ParameterError;
 use schemars::JsonSchema;
@@ -48,13 +49,14 @@ pub struct AgentParams {
     /// q-learning, sarsa, dyna-q, dyna-q-plus, policy-iteration: what an untried action is worth. 0 is optimistic where
     /// steps cost.
     pub initial_value: f64,
-    /// dyna-q and dyna-q-plus: backups from the model after each step, dyna-q's with the step's own; 1 to 1 000 000.
+    /// dyna-q, dyna-q-plus and replay-actor-critic: backups from the model after each step, the step's own included but for
+    /// dyna-q-plus; 1 to 1 000 000.
     pub planning_steps: usize,
     /// dyna-q-plus: κ of the bonus κ√τ for what was not tried for τ steps, in units of reward, 0 to 1e6.
     pub time_bonus: f64,
     /// planner: tries after which an action counts as known; 1 to 1 000 000.
     pub known_after: u32,
-    /// planner: what leads to unknown actions: optimistic (R-max) | advised (by the exploration, whose advice comes first).
+    /// planner and replay-actor-critic: what leads to unknown actions: optimistic | advised (by the exploration).
     pub untried: Untried,
     /// planner, mbie-eb, ucbvi, psrl: return expected of an unknown action. Default: from the largest reward seen so far.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,7 +69,8 @@ pub struct AgentParams {
     #[schemars(example = 100)]
     pub horizon: Option<usize>,
     /// mbie-eb: β of the bonus β/√n, in ranges of returns seen, a step of the horizon. ucbvi: the bonus, in shares of the theory's
-    /// that the horizon divides. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125.
+    /// that the horizon divides. replay-actor-critic: β as mbie-eb's, where chance has a part. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125,
+    /// replay-actor-critic 0.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 1.0)]
     pub bonus: Option<f64>,
@@ -129,6 +132,7 @@ impl AgentParams {
             AgentKind::MbieEb => self.mbie_eb().validate(),
             AgentKind::Ucbvi => self.ucbvi().validate(),
             AgentKind::Psrl => self.psrl().validate(),
+            AgentKind::ReplayActorCritic => self.replay_actor_critic().validate(),
             AgentKind::Random => check_gamma(self.gamma),
         }
     }
@@ -170,6 +174,7 @@ impl AgentParams {
             AgentKind::PolicyIteration => resolved.epsilon = Some(self.policy_iteration().epsilon),
             AgentKind::MbieEb => resolved.bonus = Some(self.mbie_eb().bonus),
             AgentKind::Ucbvi => resolved.bonus = Some(self.ucbvi().bonus),
+            AgentKind::ReplayActorCritic => resolved.bonus = Some(self.replay_actor_critic().bonus),
             AgentKind::Planner | AgentKind::Psrl | AgentKind::Random => {}
         }
         resolved
@@ -289,6 +294,18 @@ impl AgentParams {
         }
     }
 
+    /// What the actor-critic with replay takes from the table.
+    pub fn replay_actor_critic(&self) -> ReplayActorCriticParams {
+        ReplayActorCriticParams {
+            gamma: self.gamma,
+            replay: self.planning_steps,
+            untried: self.untried,
+            bonus: self
+                .bonus
+                .unwrap_or(ReplayActorCriticParams::default().bonus),
+        }
+    }
+
     /// What policy iteration takes from the table.
     pub fn policy_iteration(&self) -> PolicyIterationParams {
         let d = PolicyIterationParams::default();
@@ -315,6 +332,7 @@ mod tests {
         assert_eq!(parse("").unwrap(), AgentParams::default());
         for kind in [
             "actor-critic",
+            "replay-actor-critic",
             "q-learning",
             "sarsa",
             "dyna-q",
@@ -380,6 +398,11 @@ mod tests {
             ("kind = \"mbie-eb\"\nhorizon = 0", "horizon"),
             ("kind = \"mbie-eb\"\nbonus = nan", "bonus"),
             ("kind = \"ucbvi\"\nbonus = 1e7", "bonus"),
+            ("kind = \"replay-actor-critic\"\nbonus = -1", "bonus"),
+            (
+                "kind = \"replay-actor-critic\"\nplanning_steps = 0",
+                "planning_steps",
+            ),
             ("kind = \"psrl\"\nprior_tries = 0", "prior_tries"),
             (
                 "kind = \"psrl\"\nreward_deviation = inf",

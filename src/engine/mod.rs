@@ -254,7 +254,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         }
     }
 
-    /// Logs a refresh and hands new features to the agent.
+    /// Logs a refresh and hands new features and a new φ to the agent.
     fn take_up(&mut self, refresh: &RefreshRecord) {
         debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
         if let Some(spectrum) = &refresh.spectrum {
@@ -266,6 +266,7 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
+            self.agent.set_potential(self.pipeline.potential().values());
             let loss = fit.fit.as_ref().map(|statistics| statistics.loss);
             let epochs = fit.fit.as_ref().map(|statistics| statistics.epochs);
             debug!(name: "gcn_fit", step = refresh.step, nodes = refresh.nodes, loss, epochs, elapsed_ms = refresh.fit_seconds * 1e3, "gcn_fit");

@@ -41,6 +41,21 @@ macro_rules! actor_critic {
     };
 }
 
+/// An actor-critic with replay, without look-ahead advice; its preferences reach as far as the advice of the search is strong.
+macro_rules! replay {
+    ($potential:literal) => {
+        &[
+            "agent.kind=replay-actor-critic",
+            "agent.untried=advised",
+            "agent.planning_steps=10",
+            concat!("shaping.potential=", $potential),
+            "exploration.kind=frontier",
+            "exploration.frontier_advice=24",
+            "exploration.potential_advice=0",
+        ]
+    };
+}
+
 /// A learner without potential and without exploration beyond its own.
 macro_rules! alone {
     ($kind:literal) => {
@@ -169,6 +184,21 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         "frontier-only",
         "frontier exploration without a potential",
         actor_critic!("none", "frontier"),
+    ),
+    arm(
+        "replay",
+        "an actor-critic that replays what it has seen with the shaping of the present potential, frontier exploration",
+        replay!("gcn"),
+    ),
+    arm(
+        "replay-unshaped",
+        "the same without a potential",
+        replay!("none"),
+    ),
+    arm(
+        "replay-negated-oracle",
+        "the same with the opposite of the oracle's potential",
+        replay!("negated-oracle"),
     ),
     arm("q-learning", "Q-learning alone", alone!("q-learning")),
     arm("sarsa", "SARSA alone", alone!("sarsa")),

@@ -10,8 +10,9 @@ use eigentrail::graph::StateId;
 use eigentrail::seeds::{Stream, stream};
 use rand::RngExt;
 
-const KINDS: [AgentKind; 11] = [
+const KINDS: [AgentKind; 12] = [
     AgentKind::ActorCritic,
+    AgentKind::ReplayActorCritic,
     AgentKind::QLearning,
     AgentKind::Sarsa,
     AgentKind::DynaQ,
@@ -258,6 +259,7 @@ fn foreign_steps_are_learnt_from() {
 fn advice_decides_between_actions_of_equal_worth() {
     for kind in [
         AgentKind::ActorCritic,
+        AgentKind::ReplayActorCritic,
         AgentKind::QLearning,
         AgentKind::Sarsa,
         AgentKind::DynaQ,

@@ -134,6 +134,7 @@ fn the_planner_survives_a_trap() {
 #[test]
 fn a_goal_that_moved_is_forgotten() {
     for kind in [
+        AgentKind::ReplayActorCritic,
         AgentKind::Planner,
         AgentKind::DynaQ,
         AgentKind::PolicyIteration,

@@ -1,0 +1,623 @@
+//! Actor-critic that replays what it has seen, shaped by the potential as it stands.
+//!
+//! ```text
+//! Q(s, a) = Σ_s′ P̂(s′|s, a) (r̂ + F(s, s′) + g V(s′)) + b,   F(s, s′) = m (g φ(s′) − φ(s)),   φ = V = 0 after the end
+//! critic:   V(s) ← max_a Q(s, a)
+//! actor:    θ(s, a) = C · max(−1, 2 (Q(s, a) − V(s)) / c),   π(a|s) ∝ exp(θ(s, a) + advice(a))
+//! ```
+//!
+//! P̂ and r̂ are the frequencies and mean rewards of all that was seen, so that one backup of s replays every transition from s.
+//! After each step the state just left is backed up, then the states that are most out of date, `replay` in all at most
+//! (Dyna, Sutton 1990; prioritised sweeping, Moore & Atkeson 1993). The actor is as sure as it can get at once: an action that is
+//! worse by half of c, the least that a step can cost, is C = 12 logits less likely.
+//!
+//! **F is that of the present φ.** To store the F of the day is to replay a potential that is gone. Here a fit of φ is followed by
+//! one backup of every state from V = 0, those of the largest φ first. The fixed point is V* − mφ of the learnt model whatever φ
+//! is (Ng, Harada & Russell 1999), and so are the differences of Q, all that the actor sees: φ decides where values begin
+//! (Wiewiora 2003), not where they end.
+//!
+//! **Episodes end by themselves** in plans, after ten times the longest one seen: g = γ (1 − 1 / 10 L), L rounded up to a power of
+//! two. Or else a loop that pays would be worth more than any number, and where steps are free all ways would be equally good.
+//! c is the smallest reward, in size, of a step that ended nothing; where those are all 0, the largest reward's loss by g.
+//!
+//! **Untried actions** are worth V = 0 to begin with, like those of any learner that begins with 0. With [`Untried::Advised`] the
+//! exploration says which to try; in plans one of them may lead back to where s was entered from, at half a step's doubt,
+//! and they are good for nothing else.
+//!
+//! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
+//! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
+
+use super::checks::{check_bonus, check_count, check_gamma};
+use super::choices::Untried;
+use super::greedy::{action, advised, first_best};
+use super::model::EmpiricalModel;
+use super::policy::{sample, softmax};
+use super::sweep::SweepQueue;
+use super::{Agent, Experience, Situation, UpdateInfo};
+use crate::env::{Action, StepStatus};
+use crate::graph::StateId;
+use crate::parameter::ParameterError;
+use crate::seeds::{Stream, stream};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// C: the bound of preferences, in logits.
+const CERTAINTY: f64 = 12.0;
+/// What an untried action that may lead back costs more than one that is known to, in steps.
+const DOUBT: f64 = 0.5;
+/// Plans reckon with episodes so many times as long as the longest one seen.
+const LONG_EPISODES: f64 = 10.0;
+/// Changes below this share of c are not passed on.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Parameters of [`ReplayActorCritic`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReplayActorCriticParams {
+    /// Discount factor γ, 0..=1.
+    pub gamma: f64,
+    /// States backed up after each step, the one just left included; at least 1.
+    pub replay: usize,
+    /// What untried actions are worth.
+    pub untried: Untried,
+    /// β, at least 0.
+    pub bonus: f64,
+}
+
+impl Default for ReplayActorCriticParams {
+    fn default() -> Self {
+        Self {
+            gamma: 1.0,
+            replay: 50,
+            untried: Untried::Optimistic,
+            bonus: 0.3,
+        }
+    }
+}
+
+impl ReplayActorCriticParams {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        check_gamma(self.gamma)?;
+        check_count("planning_steps", self.replay)?;
+        check_bonus("bonus", self.bonus)
+    }
+}
+
+/// Lengths of episodes and sizes of rewards, as far as they were seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Scale {
+    /// Steps of the episode so far.
+    so_far: u32,
+    /// L.
+    longest: u32,
+    largest_reward: f64,
+    /// The smallest size of a reward that is not 0, of steps that ended nothing.
+    cheapest_step: Option<f64>,
+}
+
+impl Scale {
+    fn new() -> Self {
+        Self {
+            so_far: 0,
+            longest: 1,
+            largest_reward: 0.0,
+            cheapest_step: None,
+        }
+    }
+
+    /// Takes a step in; whether L has changed.
+    fn note(&mut self, reward: f64, status: StepStatus) -> bool {
+        let (size, before) = (reward.abs(), self.longest);
+        self.largest_reward = self.largest_reward.max(size);
+        if status != StepStatus::Terminated && size > 0.0 {
+            self.cheapest_step = Some(self.cheapest_step.map_or(size, |least| least.min(size)));
+        }
+        self.so_far = self.so_far.saturating_add(1);
+        if self.so_far > self.longest {
+            self.longest = self.longest.saturating_mul(2);
+        }
+        if status.is_last() {
+            self.so_far = 0;
+        }
+        self.longest != before
+    }
+
+    /// Chance that an episode ends by itself after a step.
+    fn end_of_time(&self) -> f64 {
+        1.0 / (LONG_EPISODES * f64::from(self.longest))
+    }
+
+    /// c; above 0.
+    fn step_cost(&self) -> f64 {
+        let by_time = self.largest_reward * self.end_of_time();
+        self.cheapest_step.unwrap_or(by_time).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Tabular actor-critic with replay. Memory O(states · actions + different transitions). A step costs at most `replay` backups, each
+/// O(outcomes of the state's actions + ways into the state · log of what waits); a fit of φ costs one a state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ReplayActorCritic {
+    params: ReplayActorCriticParams,
+    /// m.
+    mix: f64,
+    model: EmpiricalModel,
+    scale: Scale,
+    /// Whether an action was seen to have two outcomes.
+    stochastic: bool,
+    /// φ by state, as of the last fit; of a state found since, that of the state it was entered from.
+    potential: Vec<f64>,
+    /// V by state.
+    values: Vec<f64>,
+    /// States whose value may be out of date.
+    queue: SweepQueue,
+    /// Room for one number per action.
+    preferences: Vec<f64>,
+    probabilities: Vec<f64>,
+    rng: ChaCha8Rng,
+}
+
+impl ReplayActorCritic {
+    /// An agent that knows nothing, draws from the agent's stream of `seed` and learns from r + `mix` · F.
+    ///
+    /// # Panics
+    /// If there are no actions.
+    pub fn new(params: ReplayActorCriticParams, num_actions: usize, mix: f64, seed: u64) -> Self {
+        Self {
+            params,
+            mix,
+            model: EmpiricalModel::new(num_actions, 0.0),
+            scale: Scale::new(),
+            stochastic: false,
+            potential: Vec::new(),
+            values: Vec::new(),
+            queue: SweepQueue::default(),
+            preferences: vec![0.0; num_actions],
+            probabilities: vec![0.0; num_actions],
+            rng: stream(seed, Stream::Agent),
+        }
+    }
+
+    /// V(state) + mφ(state), what is left without the shaping; `None` for states it has not heard of.
+    pub fn unshaped_value(&self, state: StateId) -> Option<f64> {
+        let value = self.values.get(state.index())?;
+        Some(value + self.shaping_of(state))
+    }
+
+    /// g.
+    fn gamma(&self) -> f64 {
+        self.params.gamma * (1.0 - self.scale.end_of_time())
+    }
+
+    /// mφ(state).
+    fn shaping_of(&self, state: StateId) -> f64 {
+        self.mix * self.potential[state.index()]
+    }
+
+    /// V(state) + mφ(state).
+    fn worth(&self, state: StateId) -> f64 {
+        self.values[state.index()] + self.shaping_of(state)
+    }
+
+    /// b.
+    fn bonus(&self, tries: u32) -> f64 {
+        if !self.stochastic || self.params.bonus == 0.0 {
+            return 0.0;
+        }
+        let a_step = self.scale.largest_reward / f64::from(self.scale.longest);
+        self.params.bonus * a_step / f64::from(tries).sqrt()
+    }
+
+    /// Q(state, action), `untried` for what was never tried.
+    fn action_value(&self, state: StateId, action: Action, untried: Option<f64>) -> Option<f64> {
+        let seen = self
+            .model
+            .action_value(state, action, self.gamma(), |next| self.worth(next));
+        let of_tried = |value| {
+            let bonus = self.bonus(self.model.tries(state, action));
+            value - self.shaping_of(state) + bonus
+        };
+        seen.map(of_tried).or(untried)
+    }
+
+    /// Q(state, ·) of the untried actions; none if there are none, or if nothing is to be hoped for from them.
+    fn untried_value(&self, state: StateId) -> Option<f64> {
+        if !self.model.has_untried(state) {
+            return None;
+        }
+        match self.params.untried {
+            Untried::Optimistic => Some(0.0),
+            Untried::Advised => {
+                let ways = self.model.ways_into(state);
+                let back = ways
+                    .filter(|way| way.state != state)
+                    .map(|way| way.reward + self.gamma() * self.worth(way.state));
+                let best = back.reduce(f64::max)?;
+                Some(best - DOUBT * self.scale.step_cost() - self.shaping_of(state))
+            }
+        }
+    }
+
+    /// Q(state, ·) where it is known.
+    fn action_values(&self, state: StateId) -> impl Iterator<Item = Option<f64>> + '_ {
+        let untried = self.untried_value(state);
+        (0..self.model.num_actions()).map(move |a| self.action_value(state, action(a), untried))
+    }
+
+    /// Computes V(state) anew and passes a change on; returns it.
+    fn back_up(&mut self, state: StateId) -> f64 {
+        let best = self.action_values(state).flatten().reduce(f64::max);
+        let value = best.unwrap_or(0.0);
+        let change = value - std::mem::replace(&mut self.values[state.index()], value);
+        if change.abs() > NEGLIGIBLE * self.scale.step_cost() && !self.model.is_terminal(state) {
+            self.pass_on(state, change.abs());
+        }
+        change
+    }
+
+    /// Queues every state whose value rests on that of `state`.
+    fn pass_on(&mut self, state: StateId, change: f64) {
+        for way in self.model.ways_into(state) {
+            self.queue.push(way.state.index(), way.probability * change);
+        }
+        if self.params.untried == Untried::Advised {
+            let actions = (0..self.model.num_actions()).map(action);
+            let next = actions.flat_map(|a| self.model.ways_out(state, a));
+            for (next, _) in next.filter(|&(next, _)| self.model.has_untried(next)) {
+                self.queue.push(next.index(), change);
+            }
+        }
+    }
+
+    /// Makes room for `state`, which has `potential` if it is new.
+    fn grow_to(&mut self, state: StateId, potential: f64) {
+        self.model.grow_to(state);
+        if state.index() >= self.values.len() {
+            self.values.resize(state.index() + 1, 0.0);
+            self.potential.resize(state.index() + 1, potential);
+        }
+    }
+
+    /// Takes a step into the model, and queues what it puts out of date besides the state just left.
+    fn record(&mut self, experience: &Experience<'_>) {
+        let (state, next) = (experience.state, experience.next.state);
+        let lengthened = self.scale.note(experience.reward, experience.status);
+        if lengthened {
+            (0..self.values.len()).for_each(|s| self.queue.push(s, f64::MIN_POSITIVE));
+        }
+        if self.model.record(experience) {
+            // The task ends here now, or no longer does: everything that leads here is worth something else.
+            let change = self.worth(next).abs().max(self.scale.step_cost());
+            self.pass_on(next, change);
+        }
+        let mut outcomes = self.model.outcomes(state, experience.action);
+        self.stochastic = self.stochastic || outcomes.nth(1).is_some();
+    }
+
+    /// Writes θ(state, ·).
+    fn write_preferences(&self, state: StateId, preferences: &mut [f64]) {
+        let best = self.action_values(state).flatten().reduce(f64::max);
+        let steepness = CERTAINTY / (DOUBT * self.scale.step_cost());
+        for (preference, value) in preferences.iter_mut().zip(self.action_values(state)) {
+            *preference = match (value, best) {
+                (Some(value), Some(best)) => (steepness * (value - best)).max(-CERTAINTY),
+                (None, Some(_)) => -CERTAINTY,
+                (_, None) => 0.0,
+            };
+        }
+    }
+}
+
+impl Agent for ReplayActorCritic {
+    fn select_action(&mut self, situation: Situation<'_>) -> Action {
+        self.grow_to(situation.state, 0.0);
+        let mut preferences = std::mem::take(&mut self.preferences);
+        self.write_preferences(situation.state, &mut preferences);
+        let probabilities = &mut self.probabilities;
+        softmax(&preferences, situation.advice, CERTAINTY, probabilities);
+        self.preferences = preferences;
+        action(sample(&self.probabilities, &mut self.rng))
+    }
+
+    fn update(&mut self, experience: &Experience<'_>) -> UpdateInfo {
+        let (state, next) = (experience.state, experience.next.state);
+        self.grow_to(state, 0.0);
+        self.grow_to(next, self.potential[state.index()]);
+        self.record(experience);
+        let td_error = self.back_up(state);
+        if self.params.untried == Untried::Advised && !self.model.is_terminal(next) {
+            self.back_up(next); // it may have been entered from a better place than ever before
+        }
+        for _ in 1..self.params.replay {
+            let Some(waiting) = self.queue.pop() else {
+                break;
+            };
+            self.back_up(StateId(waiting as u32));
+        }
+        UpdateInfo { td_error }
+    }
+
+    fn set_potential(&mut self, potential: &[f64]) {
+        let states = self.values.len();
+        self.potential.clear();
+        self.potential.extend(potential.iter().take(states));
+        self.potential.resize(states, 0.0);
+        if self.mix == 0.0 {
+            return;
+        }
+        self.values.fill(0.0);
+        let mut order: Vec<u32> = (0..states as u32).collect();
+        let phi = |state: u32| self.potential[state as usize];
+        order.sort_by(|&a, &b| phi(b).total_cmp(&phi(a)));
+        for state in order {
+            self.back_up(StateId(state));
+        }
+    }
+
+    fn greedy_action(&self, state: StateId, advice: &[f64]) -> Option<Action> {
+        if state.index() >= self.values.len() {
+            return None;
+        }
+        let mut preferences = vec![0.0; advice.len()];
+        self.write_preferences(state, &mut preferences);
+        first_best(&advised(&preferences, advice))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeMap;
+
+    const NO_ADVICE: [f64; 2] = [0.0; 2];
+
+    /// A step: from, action, reward, to, whether the episode ends there.
+    type Seen = (u32, u16, f64, u32, StepStatus);
+
+    fn agent(params: ReplayActorCriticParams, mix: f64) -> ReplayActorCritic {
+        ReplayActorCritic::new(params, 2, mix, 0)
+    }
+
+    /// An agent that replays until nothing waits, and adds no bonus.
+    fn thorough() -> ReplayActorCriticParams {
+        ReplayActorCriticParams {
+            gamma: 0.9,
+            replay: 1_000_000,
+            bonus: 0.0,
+            ..Default::default()
+        }
+    }
+
+    fn live(agent: &mut ReplayActorCritic, steps: &[Seen]) {
+        for &(state, action, reward, next, status) in steps {
+            agent.update(&Experience {
+                state: StateId(state),
+                action: Action(action),
+                reward,
+                shaping: 0.0,
+                next: Situation {
+                    state: StateId(next),
+                    advice: &NO_ADVICE,
+                },
+                status,
+            });
+        }
+    }
+
+    fn on(from: u32, action: u16, reward: f64, to: u32) -> Seen {
+        (from, action, reward, to, StepStatus::Running)
+    }
+
+    /// V* of what was seen, by plain value iteration over counts of its own. State 4 ends episodes.
+    fn optimal_values(steps: &[Seen], gamma: f64) -> [f64; 5] {
+        let mut seen: BTreeMap<(u32, u16), Vec<(f64, u32)>> = BTreeMap::new();
+        for &(from, action, reward, to, _) in steps {
+            seen.entry((from, action)).or_default().push((reward, to));
+        }
+        let mut values = [0.0; 5];
+        for _ in 0..2000 {
+            let mut next = [f64::NEG_INFINITY; 5];
+            next[4] = 0.0;
+            for (&(from, _), outcomes) in &seen {
+                let sum: f64 = outcomes
+                    .iter()
+                    .map(|&(reward, to)| reward + gamma * values[to as usize])
+                    .sum();
+                let best = &mut next[from as usize];
+                *best = best.max(sum / outcomes.len() as f64);
+            }
+            values = next;
+        }
+        values
+    }
+
+    /// Every action of the states 0 to 3 once, then anything.
+    fn experience() -> impl Strategy<Value = Vec<Seen>> {
+        let outcome = (-3.0..3.0_f64, 0..5_u32);
+        let firsts = prop::collection::vec(outcome.clone(), 8);
+        let more = prop::collection::vec((0..8_usize, outcome), 0..60);
+        (firsts, more).prop_map(|(firsts, more)| {
+            let firsts = firsts.into_iter().enumerate();
+            firsts
+                .chain(more)
+                .map(|(pair, (reward, to))| {
+                    let status = match to {
+                        4 => StepStatus::Terminated,
+                        _ => StepStatus::Running,
+                    };
+                    (pair as u32 / 2, pair as u16 % 2, reward, to, status)
+                })
+                .collect()
+        })
+    }
+
+    proptest! {
+        /// The potential that comes in the middle of it, or at the end, does not show: V + mφ is V* of what was seen, and the greedy
+        /// actions are those of V*, as far as they differ.
+        #[test]
+        fn replay_ends_at_the_optimum_of_what_was_seen_whatever_the_potential(
+            steps in experience(),
+            potential in prop::collection::vec(-50.0..50.0_f64, 5),
+            last in prop::collection::vec(-50.0..50.0_f64, 5),
+            middle in 0..60_usize,
+        ) {
+            let middle = middle.min(steps.len());
+            let mut agent = agent(thorough(), 0.7);
+            live(&mut agent, &steps[..middle]);
+            agent.set_potential(&potential);
+            live(&mut agent, &steps[middle..]);
+            agent.set_potential(&last);
+            // One step more, which changes nothing but lets the agent replay.
+            let again = steps[steps.len() - 1];
+            live(&mut agent, &[again]);
+            let mut all = steps.clone();
+            all.push(again);
+
+            let gamma = agent.gamma();
+            let expected = optimal_values(&all, gamma);
+            let tolerance = 20.0 * NEGLIGIBLE * agent.scale.step_cost().max(1e-3);
+            for state in 0..4 {
+                let found = agent.unshaped_value(StateId(state)).unwrap();
+                prop_assert!((found - expected[state as usize]).abs() < tolerance, "{} {} {:?}", state, found, expected);
+                let worth = |action| agent.model.action_value(StateId(state), Action(action), gamma, |s| expected[s.index()]).unwrap();
+                let (first, second) = (worth(0), worth(1));
+                if (first - second).abs() > 2.0 * tolerance {
+                    let best = Action(u16::from(second > first));
+                    prop_assert_eq!(agent.greedy_action(StateId(state), &NO_ADVICE), Some(best));
+                }
+            }
+        }
+    }
+
+    /// A corridor of 20 in which action 0 stays, walked once, two tries a place.
+    fn corridor() -> Vec<Seen> {
+        let places = (0..20).flat_map(|s| [on(s, 0, -1.0, s), on(s, 1, -1.0, s + 1)]);
+        let mut steps: Vec<_> = places.collect();
+        steps[39].4 = StepStatus::Terminated;
+        steps
+    }
+
+    #[test]
+    fn with_the_right_potential_one_backup_a_state_is_enough() {
+        let frugal = ReplayActorCriticParams {
+            replay: 1,
+            ..Default::default()
+        };
+        let goes_on = |agent: &ReplayActorCritic| {
+            let greedy = |s| agent.greedy_action(StateId(s), &NO_ADVICE);
+            (0..20).filter(|&s| greedy(s) == Some(Action(1))).count()
+        };
+        let mut agent = agent(frugal, 1.0);
+        live(&mut agent, &corridor());
+        assert!(goes_on(&agent) < 5, "the way back to the start is long");
+        let hops: Vec<f64> = (0..=20).map(|s| f64::from(s) - 20.0).collect();
+        agent.set_potential(&hops);
+        assert_eq!(goes_on(&agent), 20);
+        let value = agent.value_of(0);
+        assert!(
+            value.abs() < 0.5,
+            "V is next to nothing where φ says it all: {value}"
+        );
+    }
+
+    #[test]
+    fn without_a_mix_the_potential_is_not_heeded() {
+        let mut agent = agent(thorough(), 0.0);
+        live(&mut agent, &corridor());
+        let before = agent.values.clone();
+        agent.set_potential(&[100.0; 21]);
+        assert_eq!(agent.values, before);
+        assert_eq!(agent.unshaped_value(StateId(3)), Some(before[3]));
+    }
+
+    #[test]
+    fn an_untried_action_is_advised_or_may_lead_back() {
+        let params = ReplayActorCriticParams {
+            untried: Untried::Advised,
+            gamma: 1.0,
+            ..thorough()
+        };
+        let mut agent = agent(params, 1.0);
+        // 0 –0→ 1 –0→ 2, and 0 –1→ 3, an end.
+        live(&mut agent, &[on(0, 0, -1.0, 1), on(1, 0, -1.0, 2)]);
+        live(&mut agent, &[(0, 1, -1.0, 3, StepStatus::Terminated)]);
+        let g = agent.gamma();
+        let back = |value: f64| -1.0 - 0.5 + g * value;
+        let expected = [-1.0, back(-1.0), back(back(-1.0))];
+        for (state, expected) in expected.into_iter().enumerate() {
+            let found = agent.value_of(state);
+            assert!((found - expected).abs() < 1e-9, "{state}: {found}");
+        }
+        assert_eq!(
+            agent.greedy_action(StateId(1), &NO_ADVICE),
+            Some(Action(1)),
+            "back, which was not tried yet"
+        );
+        assert_eq!(
+            agent.greedy_action(StateId(1), &[30.0, 0.0]),
+            Some(Action(0)),
+            "advice outvotes that"
+        );
+    }
+
+    #[test]
+    fn once_chance_has_a_part_what_was_seldom_tried_is_worth_a_bonus() {
+        let params = ReplayActorCriticParams {
+            gamma: 0.0,
+            bonus: 2.0,
+            ..thorough()
+        };
+        let mut agent = agent(params, 1.0);
+        live(&mut agent, &[on(0, 0, 1.0, 1), on(0, 0, 1.0, 1)]);
+        assert_eq!(agent.value_of(0), 1.0, "no two outcomes so far");
+        live(&mut agent, &[on(0, 0, 4.0, 2), on(0, 1, 1.0, 2)]);
+        // L = 4, r_max = 4: b = 2 · 4 / 4 / √N.
+        let (seldom, often) = (1.0 + 2.0, 2.0 + 2.0 / 3.0_f64.sqrt());
+        let found = agent.value_of(0);
+        assert!((found - often.max(seldom)).abs() < 1e-12, "{found}");
+        let best = u16::from(seldom > often);
+        let greedy = agent.greedy_action(StateId(0), &NO_ADVICE);
+        assert_eq!(greedy, Some(Action(best)));
+    }
+
+    #[test]
+    fn a_loop_that_pays_is_worth_a_number() {
+        let params = ReplayActorCriticParams {
+            gamma: 1.0,
+            ..thorough()
+        };
+        let mut agent = agent(params, 1.0);
+        for _ in 0..50 {
+            live(&mut agent, &[on(0, 0, 1.0, 0), on(0, 1, -1.0, 0)]);
+        }
+        // L is 128 after 100 steps: 1 + g + g² + … = 10 L.
+        let found = agent.value_of(0);
+        assert!((found - 1280.0).abs() < 13.0, "{found}");
+    }
+
+    #[test]
+    fn episodes_without_end_or_reward_keep_the_scale_in_bounds() {
+        let mut scale = Scale::new();
+        assert!(scale.step_cost() > 0.0, "nothing seen yet");
+        scale.so_far = u32::MAX - 1;
+        scale.longest = 1 << 31;
+        assert!(scale.note(0.0, StepStatus::Running));
+        assert!(!scale.note(0.0, StepStatus::Running));
+        assert!(scale.end_of_time() > 0.0 && scale.step_cost() > 0.0);
+        scale.note(-7.0, StepStatus::Terminated);
+        assert!(scale.step_cost() < 1e-6, "ends are no steps");
+        scale.note(-0.5, StepStatus::Running);
+        scale.note(2.0, StepStatus::Truncated);
+        assert_eq!(scale.step_cost(), 0.5);
+    }
+
+    impl ReplayActorCritic {
+        fn value_of(&self, state: usize) -> f64 {
+            self.values[state]
+        }
+    }
+}
