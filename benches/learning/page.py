@@ -205,7 +205,7 @@ def recipes(out):
 
 
 def front(results):
-    names = ["gcn", "no-advice", "no-shaping", "heat", "planner-frontier", "planner", "q-learning"]
+    names = ["gcn", "no-advice", "no-shaping", "replay", "replay-unshaped", "planner-frontier", "mbie-eb", "q-learning"]
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
     yield "|---|" + "---:|" * len(names)
     for world, result in results:

@@ -142,6 +142,7 @@ ARMS = [
     Arm("hops", (SCALE, ADVICE)),
     Arm("dr", (SCALE, ADVICE)),
     Arm("sr", (SCALE, ADVICE)),
+    Arm("replay", (SCALE, BACKUPS)),
     Arm("q-learning", (CRITIC, EPSILON)),
     Arm("sarsa", (CRITIC, EPSILON)),
     Arm("dyna-q", (OPTIMISM, EPSILON)),
@@ -153,15 +154,15 @@ ARMS = [
     Arm("psrl", (Axis("agent.prior_tries", (0.01, 0.03, 0.1, 0.3, 1.0, 3.0), (2, 3, 4)), HORIZON)),
 ]
 
-# Not tuned: hostile and random potentials, the true distance, and the paper as it is printed.
-FIXED = ["oracle", "random-potential", "negated-oracle", "report"]
+# Not tuned: hostile and random potentials, the true distance, replay without a potential, and the paper as it is printed.
+FIXED = ["oracle", "random-potential", "negated-oracle", "replay-unshaped", "replay-negated-oracle", "report"]
 
 # Arms that plan a whole episode ahead take minutes a run beyond a hundred cells; of the rest, what worlds of thousands of states
 # can do without.
 EPISODE_PLANNERS = {"mbie-eb", "ucbvi", "psrl"}
 CELLS = {"open_15x15", "u_trap", "rooms_25x25", "maze_101", "spiral", "one_way", "open_15x15_turns", "four_rooms_slip", "taxi"}
 THOUSANDS = {"rooms_50x50", "open_50x50", "maze_101"}
-SMALL_ONLY = EPISODE_PLANNERS | {"report", "negated-oracle", "random-potential", "sarsa", "count-bonus"}
+SMALL_ONLY = EPISODE_PLANNERS | {"report", "negated-oracle", "replay-negated-oracle", "random-potential", "sarsa", "count-bonus"}
 
 
 def arms_on(world):
@@ -218,7 +219,7 @@ RECIPES = {
 
 METHOD_ARMS = {**FACTORIAL, **RECIPES}
 
-SENSITIVITY_ARMS = ["sparse", "gcn", "no-advice", "q-learning", "planner", "planner-frontier", "psrl"]
+SENSITIVITY_ARMS = ["sparse", "gcn", "no-advice", "replay", "q-learning", "planner", "planner-frontier", "psrl"]
 SENSITIVITY = [
     world(scenario, 30, f"{scenario}, {what}", sets)
     for scenario, variants in {
@@ -244,4 +245,4 @@ SENSITIVITY = [
 
 # Time by the step, alone on the machine.
 TIMES = [world(name, 5) for name in ("four_rooms", "open_15x15", "rooms_25x25", "rooms_50x50", "maze_101", "cliff_walking")]
-TIMES_ARMS = ["sparse", "gcn", "heat", "planner", "planner-frontier", "psrl"]
+TIMES_ARMS = ["sparse", "gcn", "heat", "replay", "planner", "planner-frontier", "psrl"]
