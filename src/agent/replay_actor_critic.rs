@@ -11,10 +11,11 @@
 //! (Dyna, Sutton 1990; prioritised sweeping, Moore & Atkeson 1993). The actor is as sure as it can get at once: an action that is
 //! worse by half of c, the least that a step can cost, is C = 12 logits less likely.
 //!
-//! **F is that of the present φ.** To store the F of the day is to replay a potential that is gone. Here a fit of φ is followed by
-//! one backup of every state from V = 0, those of the largest φ first. The fixed point is V* − mφ of the learnt model whatever φ
-//! is (Ng, Harada & Russell 1999), and so are the differences of Q, all that the actor sees: φ decides where values begin
-//! (Wiewiora 2003), not where they end.
+//! **F is that of the present φ.** To store the F of the day is to replay a potential that is gone. Here the first fit of φ, and the
+//! first one after an end of episodes was found or lost, is followed by one backup of every state from V = 0, those of the largest φ
+//! first. Later fits leave V + mφ as it is. The fixed point is V* − mφ of the learnt model whatever φ is (Ng, Harada & Russell
+//! 1999), and so are the differences of Q, all that the actor sees: φ decides where values begin (Wiewiora 2003), not where
+//! they end.
 //!
 //! **Episodes end by themselves** in plans, after ten times the longest one seen: g = γ (1 − 1 / 10 L), L rounded up to a power of
 //! two. Or else a loop that pays would be worth more than any number, and where steps are free all ways would be equally good.
@@ -152,6 +153,8 @@ pub struct ReplayActorCritic {
     potential: Vec<f64>,
     /// V by state.
     values: Vec<f64>,
+    /// Whether values have begun at φ since the last change of where episodes end.
+    begun: bool,
     /// States whose value may be out of date.
     queue: SweepQueue,
     /// Room for one number per action.
@@ -174,6 +177,7 @@ impl ReplayActorCritic {
             stochastic: false,
             potential: Vec::new(),
             values: Vec::new(),
+            begun: false,
             queue: SweepQueue::default(),
             preferences: vec![0.0; num_actions],
             probabilities: vec![0.0; num_actions],
@@ -272,6 +276,18 @@ impl ReplayActorCritic {
         }
     }
 
+    /// Backs up every state once from V = 0, in the order of φ.
+    fn begin_at_potential(&mut self) {
+        self.begun = true;
+        self.values.fill(0.0);
+        let mut order: Vec<u32> = (0..self.values.len() as u32).collect();
+        let phi = |state: u32| self.potential[state as usize];
+        order.sort_by(|&a, &b| phi(b).total_cmp(&phi(a)));
+        for state in order {
+            self.back_up(StateId(state));
+        }
+    }
+
     /// Makes room for `state`, which has `potential` if it is new.
     fn grow_to(&mut self, state: StateId, potential: f64) {
         self.model.grow_to(state);
@@ -292,6 +308,7 @@ impl ReplayActorCritic {
             // The task ends here now, or no longer does: everything that leads here is worth something else.
             let change = self.worth(next).abs().max(self.scale.step_cost());
             self.pass_on(next, change);
+            self.begun = false;
         }
         let mut outcomes = self.model.outcomes(state, experience.action);
         self.stochastic = self.stochastic || outcomes.nth(1).is_some();
@@ -341,19 +358,17 @@ impl Agent for ReplayActorCritic {
     }
 
     fn set_potential(&mut self, potential: &[f64]) {
-        let states = self.values.len();
-        self.potential.clear();
-        self.potential.extend(potential.iter().take(states));
-        self.potential.resize(states, 0.0);
-        if self.mix == 0.0 {
-            return;
+        let states = (0..self.values.len() as u32).map(StateId);
+        let worth: Vec<f64> = states.map(|state| self.worth(state)).collect();
+        for (phi, &fitted) in self.potential.iter_mut().zip(potential) {
+            *phi = fitted;
         }
-        self.values.fill(0.0);
-        let mut order: Vec<u32> = (0..states as u32).collect();
-        let phi = |state: u32| self.potential[state as usize];
-        order.sort_by(|&a, &b| phi(b).total_cmp(&phi(a)));
-        for state in order {
-            self.back_up(StateId(state));
+        if self.begun || self.mix == 0.0 {
+            for (s, worth) in worth.into_iter().enumerate() {
+                self.values[s] = worth - self.shaping_of(StateId(s as u32));
+            }
+        } else {
+            self.begin_at_potential();
         }
     }
 
@@ -522,6 +537,34 @@ mod tests {
             value.abs() < 0.5,
             "V is next to nothing where φ says it all: {value}"
         );
+    }
+
+    #[test]
+    fn a_later_fit_changes_no_preference_unless_an_end_has_come_or_gone() {
+        let frugal = ReplayActorCriticParams {
+            replay: 1,
+            ..thorough()
+        };
+        let mut agent = agent(frugal, 1.0);
+        live(&mut agent, &corridor());
+        agent.set_potential(&[0.0; 21]);
+        let preferences = |agent: &ReplayActorCritic| {
+            let mut written = [[0.0; 2]; 20];
+            for (state, row) in written.iter_mut().enumerate() {
+                agent.write_preferences(StateId(state as u32), row);
+            }
+            written
+        };
+        let before = preferences(&agent);
+        let hostile: Vec<f64> = (0..=20).map(|s| -f64::from(s)).collect();
+        agent.set_potential(&hostile);
+        for (before, after) in before.iter().zip(preferences(&agent)) {
+            assert!((before[0] - after[0]).abs() < 1e-9 && (before[1] - after[1]).abs() < 1e-9);
+        }
+        // The end is none any more.
+        live(&mut agent, &[on(19, 1, -1.0, 20)]);
+        agent.set_potential(&hostile);
+        assert_ne!(preferences(&agent), before);
     }
 
     #[test]
