@@ -90,12 +90,12 @@ def best(result, names):
 
 
 def default_arm(results):
-    yield "| world | seeds | R* (mean) | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner, tuned | first goal (step) | greedy policy earns | share of the optimum | fails | fails without advice | worst seed | epochs |"
+    yield "| world | seeds | R* (mean) | `gcn` ÷ sparse | ÷ tuned sparse | ÷ `planner-frontier` | ÷ best published learner | first goal (step) | greedy policy earns | share of the optimum | fails | fails without advice | worst seed | epochs |"
     yield "|---|" + "---:|" * 13
     for world, result in results:
         gcn = result["by_name"]["gcn"]
-        rival = best(result, [f"{name}-tuned" for name in PUBLISHED])
-        against = f"{number(over(result, 'gcn', rival))} ({rival.removesuffix('-tuned')})" if rival else "–"
+        rival = best(result, [*PUBLISHED, *(f"{name}-tuned" for name in PUBLISHED)])
+        against = f"{number(over(result, 'gcn', rival))} ({rival})" if rival else "–"
         cells = [
             world.name,
             len(result["seeds"]),
