@@ -204,6 +204,37 @@ def recipes(out):
         yield f"| {name} | {laid} | " + " | ".join(cells) + " |"
 
 
+def transfer(out):
+    """The output of the example, a row for each question instead of one for each arm."""
+    yield "| question | heat | steep heat | gcn, fitted here, pvf / random / constant | gcn, carried, pvf / random / constant | hops |"
+    yield "|---|---|---|---|---|---|"
+    errors, worlds = {}, []
+    for line in (out / "transfer.txt").read_text().splitlines():
+        if title := re.fullmatch(r"(\w+), \d+ seeds", line):
+            worlds.append(title[1].lower())
+        elif cells := re.match(r"\| ([a-z-]+) \| ([a-z:-]+) \| ([\d.]+) \|", line):
+            errors[worlds[-1], cells[1], cells[2]] = cells[3]
+    for world in worlds:
+        for question in ("new-goal", "new-map", "new-nodes", "missing-edges", "false-edges"):
+            found = lambda arm: errors.get((world, question, arm))  # noqa: E731
+            three = lambda kind: " / ".join(filter(None, (found(f"{kind}:{f}") for f in ("pvf", "random", "constant")))) or "–"  # noqa: E731
+            cells = [found("heat"), found("steep-cost"), three("here"), three("carried"), found("hops")]
+            yield f"| {world}, `{question}` | " + " | ".join(cells) + " |"
+
+
+def rooms(out):
+    """The output of the example as one table."""
+    yield "| world (eigenvectors, clustering) | φ | error | false maxima | ms: from nothing | another goal | one room changed |"
+    yield "|---|---|---|---|---|---|---|"
+    world = ""
+    for line in (out / "rooms.txt").read_text().splitlines():
+        if title := re.match(r"(.+), \d+ rooms built; found (\d+) .*eigenvectors ([\d.]+) ms, clustering ([\d.]+) ms", line):
+            world = f"{title[1]}, {title[2]} rooms found ({float(title[3]):.0f} ms, {float(title[4]):.0f} ms)"
+        elif re.match(r"\| [a-z]+ \|", line) and not line.startswith(("| potential", "| report")):
+            yield f"| {world} {line}"
+            world = ""
+
+
 def front(results):
     names = ["gcn", "no-advice", "no-shaping", "replay", "replay-unshaped", "planner-frontier", "mbie-eb", "q-learning"]
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
@@ -244,7 +275,7 @@ def main():
     tables["times"] = times(out)
     tables["sensitivity"] = sensitivity(out)
     fill("docs/learning.md", tables)
-    fill("docs/method.md", {"factorial": factorial(out), "recipes": recipes(out)})
+    fill("docs/method.md", {"factorial": factorial(out), "recipes": recipes(out), "transfer": transfer(out), "rooms": rooms(out)})
     shown = {f"{name}, goal anywhere" for name in ("four_rooms", "rooms_25x25", "open_50x50", "maze_101")}
     shown |= {"lava_gap_7", "holes", "cliff_walking", "frozen_lake_4", "river_swim_6", "deep_sea_10", "bridge_swamp"}
     fill("README.md", {"learning": front([(w, r) for w, r in every if w.name in shown])})

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs everything that docs/learning.md and docs/method.md print, into the folder OUT: tuning, then all arms on all worlds.
 
-Usage: benches/learning/table.py OUT [PART…]      parts: tune, random-goals, corners, hard, boards, held-out, method, sensitivity, times
+Usage: benches/learning/table.py OUT [PART…]      parts: tune, random-goals, corners, hard, boards, held-out, method, sensitivity, examples, times
 
 Goes on where it was if OUT exists. Every arm runs twice, as it comes and with the settings that tuning chose
 (NAME-tuned), but for the corners.
@@ -147,6 +147,14 @@ def sensitivity(out):
         compare(world, protocol.SENSITIVITY_ARMS, protocol.FIRST_SEED, out / "sensitivity" / world.name.replace(" ", "_"))
 
 
+def examples(out):
+    """The two examples that docs/method.md cites."""
+    for name, arguments in (("transfer", ["20"]), ("rooms", [])):
+        command = ["cargo", "run", "--release", "--locked", "--quiet", "--example", name, "--", *arguments]
+        done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+        (out / f"{name}.txt").write_text(done.stdout)
+
+
 def times(out):
     """How long a step takes; nothing else should run meanwhile."""
     for world in protocol.TIMES:
@@ -160,7 +168,7 @@ def main():
         sys.exit(__doc__)
     out = Path(sys.argv[1]).resolve()
     steps = {"tune": tune} | {name: lambda out, name=name: part(out, name) for name in protocol.PARTS}
-    steps |= {"method": method, "sensitivity": sensitivity, "times": times}
+    steps |= {"method": method, "sensitivity": sensitivity, "examples": examples, "times": times}
     asked = sys.argv[2:] or list(steps)
     unknown = [name for name in asked if name not in steps]
     if unknown:
