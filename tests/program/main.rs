@@ -9,6 +9,7 @@ mod live_page;
 mod potential_kinds;
 #[path = "../common/program.rs"]
 mod program;
+mod replay;
 mod report_page;
 #[path = "../common/runs.rs"]
 mod runs;

@@ -1,0 +1,51 @@
+//! The arm that replays, from outside: what φ leads to may cost time, and not the best policy.
+
+use crate::program::Program;
+use serde_json::Value;
+
+fn compared(settings: &[&str], arms: &str) -> Vec<Value> {
+    let program = Program::new();
+    let mut command = vec!["compare", "four_rooms", "--seeds", "0..4", "--arms", arms];
+    command.extend(["--no-report", "--json", "-q"]);
+    settings.iter().for_each(|s| command.extend(["--set", s]));
+    let printed: Value = serde_json::from_str(&program.prints(&command)).unwrap();
+    printed["arms"].as_array().unwrap().clone()
+}
+
+/// Paths are those of value iteration on the true map, exactly, with the potential of a run, with none, with the opposite of the right
+/// one and with one drawn at random.
+#[test]
+fn every_potential_ends_on_the_best_policy() {
+    let settings = [
+        "env.goals=random",
+        "run.episodes=150",
+        "arms.drawn.base=replay",
+        "arms.drawn.shaping.potential=random",
+    ];
+    let arms = "sparse,replay,replay-unshaped,replay-negated-oracle,drawn";
+    for arm in &compared(&settings, arms)[1..] {
+        assert_eq!(arm["failures"], 0.0, "{}", arm["name"]);
+        // There is no advice beside the search.
+        assert_eq!(arm["failures_unadvised"], 0.0, "{}", arm["name"]);
+    }
+}
+
+/// With one backup a step, what was found at the far end comes home by φ at once, and step by step without it.
+#[test]
+fn the_shaped_reward_brings_news_home() {
+    let settings = [
+        "run.episodes=60",
+        "arms.frugal.base=replay",
+        "arms.frugal.agent.planning_steps=1",
+        "arms.unshaped.base=replay-unshaped",
+        "arms.unshaped.agent.planning_steps=1",
+    ];
+    let arms = compared(&settings, "sparse,frugal,unshaped");
+    let regret = |arm: usize| arms[arm]["regret"]["iqm"].as_f64().unwrap();
+    assert!(
+        3.0 * regret(1) < regret(2),
+        "{} with φ, {} without",
+        regret(1),
+        regret(2)
+    );
+}
