@@ -6,6 +6,9 @@ use foldhash::fast::FixedState;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+/// An end that costs more than so many steps is none to seek while a better one may exist.
+const DEAR: f64 = 3.0;
+
 /// Running sums of one terminal state.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Ending {
@@ -16,9 +19,11 @@ struct Ending {
 /// Goals seen, labels of the trajectories (section 4.1 of the source paper), and the typical cost of a step.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct GoalStatistics {
-    /// In the order of discovery.
+    /// Whether an end is a goal only if it pays.
+    only_paying: bool,
+    /// Every end, in the order of discovery.
     endings: IndexMap<StateId, Ending, FixedState>,
-    /// The same with mean rewards.
+    /// Those that are goals, with mean rewards.
     goals: Vec<Goal>,
     labels: Vec<(StateId, usize)>,
     /// By state: its place in `labels`.
@@ -35,22 +40,39 @@ impl GoalStatistics {
         self.steps += 1;
     }
 
-    /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
+    /// The same, where an end is a goal only if it pays more than a step, or steps cost and it costs no more than three of them: other
+    /// ends are worth less than to go on, and whatever they cost, a better one may exist.
+    pub fn of_paying_ends() -> Self {
+        Self {
+            only_paying: true,
+            ..Self::default()
+        }
+    }
+
+    /// Whether a termination that pays `reward` on average is one to seek.
+    fn is_goal(&self, reward: f64) -> bool {
+        let step = match self.steps {
+            0 => 0.0,
+            steps => self.step_rewards / steps as f64,
+        };
+        !self.only_paying || reward > step || (step < 0.0 && reward >= DEAR * step)
+    }
+
+    /// Counts a termination in `state`; true if this is a goal not seen before. O(1), or O(goals) if the state is known.
     pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
-        let entry = self.endings.entry(state);
-        let place = entry.index();
-        let ending = entry.or_default();
+        let ending = self.endings.entry(state).or_default();
         ending.reward_sum += reward;
         ending.count += 1;
-        let goal = Goal {
-            state,
-            reward: ending.reward_sum / f64::from(ending.count),
-        };
-        let is_new = place == self.goals.len();
+        let reward = ending.reward_sum / f64::from(ending.count);
+        let seen_before = ending.count > 1;
+        let known = self.goals.iter_mut().filter(|_| seen_before);
+        if let Some(goal) = known.into_iter().find(|goal| goal.state == state) {
+            goal.reward = reward;
+            return false;
+        }
+        let is_new = self.is_goal(reward);
         if is_new {
-            self.goals.push(goal);
-        } else {
-            self.goals[place] = goal;
+            self.goals.push(Goal { state, reward });
         }
         is_new
     }
@@ -100,7 +122,10 @@ impl GoalStatistics {
     /// if there was.
     #[inline]
     pub fn forget(&mut self, state: StateId) -> bool {
-        let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
+        if self.endings.shift_remove(&state).is_none() {
+            return false;
+        }
+        let Some(place) = self.goals.iter().position(|goal| goal.state == state) else {
             return false;
         };
         self.goals.remove(place);
@@ -108,6 +133,17 @@ impl GoalStatistics {
             self.labels[label as usize].1 = 0;
         }
         true
+    }
+
+    /// Whether `state`, an end, is a goal. O(1) where every end is one, else O(goals).
+    pub fn contains(&self, state: StateId) -> bool {
+        !self.only_paying || self.states().any(|goal| goal == state)
+    }
+
+    /// What the best goal pays on average; −∞ without goals.
+    pub fn best_reward(&self) -> f64 {
+        let rewards = self.goals.iter().map(|goal| goal.reward);
+        rewards.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether some goal pays more than nothing.
@@ -131,11 +167,7 @@ impl GoalStatistics {
         /// Where steps cost nothing, a goal of less reward is never worth it while the best one is in reach.
         const HOPELESS: f64 = 1e6;
         let step_cost = self.step_cost();
-        let best = self
-            .goals
-            .iter()
-            .map(|goal| goal.reward)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let best = self.best_reward();
         self.goals
             .iter()
             .map(|goal| {
@@ -222,6 +254,42 @@ mod tests {
         goals.count_step(-1.5);
         assert_eq!(goals.step_cost(), 0.5);
         assert_eq!(goals.handicaps(), [(StateId(0), 2), (StateId(1), 0)]);
+    }
+
+    #[test]
+    fn where_only_what_pays_is_a_goal_lava_is_none_and_a_fee_is_none_to_speak_of() {
+        // Steps of −1: lava, a dear exit, one that costs what three steps do, one that pays.
+        let mut goals = GoalStatistics::of_paying_ends();
+        (0..10).for_each(|_| goals.count_step(-1.0));
+        assert!(!goals.count_ending(StateId(1), -50.0));
+        assert!(!goals.count_ending(StateId(2), -3.5));
+        assert!(goals.is_empty() && !goals.contains(StateId(1)));
+        assert!(goals.count_ending(StateId(3), -3.0) && goals.count_ending(StateId(4), 9.0));
+        assert_eq!(goals.best_reward(), 9.0);
+        assert!(goals.contains(StateId(4)));
+        assert!(!goals.forget(StateId(1)), "it was none");
+        // Free steps: a hole pays as little as they do.
+        let mut goals = GoalStatistics::of_paying_ends();
+        goals.count_step(0.0);
+        assert!(!goals.count_ending(StateId(1), 0.0));
+        assert!(goals.count_ending(StateId(2), 0.1));
+        // Steps that pay 5: an end that pays 5 ends them.
+        let mut goals = GoalStatistics::of_paying_ends();
+        goals.count_step(5.0);
+        assert!(!goals.count_ending(StateId(1), 5.0) && goals.count_ending(StateId(2), 6.0));
+    }
+
+    #[test]
+    fn an_end_becomes_a_goal_when_it_turns_out_to_pay() {
+        let mut goals = GoalStatistics::of_paying_ends();
+        assert!(
+            !goals.count_ending(StateId(1), -1.0),
+            "nothing to compare with"
+        );
+        goals.count_step(-1.0);
+        assert!(goals.count_ending(StateId(1), -1.0));
+        assert!(!goals.count_ending(StateId(1), -4.0), "it is one already");
+        assert_eq!(goals.goals()[0].reward, -2.0);
     }
 
     #[test]

@@ -109,12 +109,13 @@ impl Walker {
         if let Some((exploration, graph)) = world.exploration() {
             self.explorer.learn(exploration, graph, recorded.step);
         }
-        let first_goal = terminated && world.goals().is_empty();
+        let none_known = world.goals().is_empty();
         let lost_goal = !terminated && world.forget_goal(next);
         if lost_goal {
             self.explorer.lose_goal();
         }
         world.count(self.start, next, step);
+        let first_goal = none_known && !world.goals().is_empty();
         let refresh = match world.refresh_if_due(step.status.is_last()) {
             Ok(refresh) => refresh,
             Err(error) => {

@@ -14,7 +14,7 @@ mod refresh;
 use super::goal_statistics::GoalStatistics;
 use super::params::PipelineParams;
 use super::schedule::RefreshSchedule;
-use crate::exploration::{CountBonus, ExplorationKind, ExplorationModel, Explorer};
+use crate::exploration::{CountBonus, ExplorationKind, ExplorationModel, Explorer, Optimism};
 use crate::features::{FeatureSet, FeatureSource};
 use crate::graph::{StateGraph, StateId, TransitionGraph};
 use crate::parameter::ParameterError;
@@ -90,7 +90,10 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             bonus: (exploration.kind == ExplorationKind::CountBonus)
                 .then(|| CountBonus::new(exploration.bonus)),
             schedule: RefreshSchedule::new(params.schedule.clone()),
-            goals: GoalStatistics::default(),
+            goals: match exploration.optimism {
+                Optimism::ExpectedReturn => GoalStatistics::of_paying_ends(),
+                _ => GoalStatistics::default(),
+            },
             unit: 1.0,
             step: 0,
             pairs_tried: 0,

@@ -248,8 +248,8 @@ impl Explorer {
     ) -> bool {
         match (objective, model.params.optimism) {
             (_, Optimism::None) => false,
-            (SearchObjective::OtherGoal, Optimism::SeenGoals) => {
-                let trip = f64::from(model.to_goal.get(self.start));
+            (SearchObjective::OtherGoal, Optimism::SeenGoals | Optimism::ExpectedReturn) => {
+                let trip = f64::from(model.best_steps(self.start));
                 let share = if model.goals_pay {
                     model.params.reward_search_share
                 } else {

@@ -13,6 +13,7 @@
 mod count_bonus;
 mod dead_reckoning;
 mod distances;
+mod expected_return;
 mod explorer;
 #[cfg(test)]
 mod fixtures;

@@ -3,13 +3,17 @@
 //! What actions do, where episodes end, which goals are known and how far they are, and what has to be looked at again
 //! after the last goal was lost. Where one explorer stands, and what it has planned, is [`Explorer`](super::Explorer).
 
-use super::ExplorationParams;
 use super::dead_reckoning::DeadReckoning;
 use super::distances::Distances;
+use super::expected_return::ExpectedReturn;
 use super::stale::StaleStates;
+use super::{ExplorationParams, Optimism};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
 use serde::{Deserialize, Serialize};
+
+/// Steps beyond a whole number that are none.
+const ROUNDING: f64 = 1e-2;
 
 /// A goal as the exploration sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +46,11 @@ pub struct ExplorationModel {
     pub(super) reckoning: DeadReckoning,
     pub(super) to_goal: Distances,
     pub(super) destinations: Vec<Destination>,
+    /// Of the best policy known, and the reward of the best goal and the mean cost of a step to reckon it in steps; with
+    /// [`Optimism::ExpectedReturn`], where actions slip and steps cost.
+    expected: ExpectedReturn,
+    best_goal: f64,
+    step_cost: f64,
     /// By state: episodes end there. Shorter than the graph if the last states are none of these.
     pub(super) terminal: Vec<bool>,
     pub(super) stale: StaleStates,
@@ -70,6 +79,9 @@ impl ExplorationModel {
             reckoning: DeadReckoning::new(num_actions),
             to_goal: Distances::default(),
             destinations: Vec::new(),
+            expected: ExpectedReturn::default(),
+            best_goal: 0.0,
+            step_cost: 0.0,
             terminal: Vec::new(),
             stale: StaleStates::default(),
             is_lost: false,
@@ -110,6 +122,29 @@ impl ExplorationModel {
     /// far as anybody can know; where goals pay, one not seen yet may pay more, wherever it is.
     pub fn set_goals_pay(&mut self, goals_pay: bool) {
         self.goals_pay = goals_pay;
+    }
+
+    /// Tells what the best goal known pays, and what a step that ends nothing costs on average. O(1), but with
+    /// [`Optimism::ExpectedReturn`] and where actions slip O(sweeps · transitions).
+    pub fn set_returns(&mut self, graph: &TransitionGraph, best_goal: f64, step_cost: f64) {
+        (self.best_goal, self.step_cost) = (best_goal, step_cost);
+        if self.reckons_returns() {
+            self.expected.update(graph, &self.terminal, step_cost);
+        }
+    }
+
+    /// Where nothing slips the best path costs its steps.
+    fn reckons_returns(&self) -> bool {
+        self.params.optimism == Optimism::ExpectedReturn && self.stochastic && self.step_cost > 0.0
+    }
+
+    /// L: the hops of the best path known from `start` to a goal, or the steps that would cost as much as the best policy known may
+    /// be expected to, if those are more.
+    pub(super) fn best_steps(&self, start: StateId) -> u32 {
+        let hops = self.to_goal.get(start);
+        let expected = self.expected.get(start).filter(|_| self.reckons_returns());
+        let steps = expected.map_or(0.0, |value| 1.0 + (self.best_goal - value) / self.step_cost);
+        hops.max((steps - ROUNDING).ceil() as u32)
     }
 
     /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).

@@ -37,7 +37,7 @@ pub(super) struct ObjectiveView<'a> {
     from_start: &'a Distances,
     tries_wanted: u32,
     objective: SearchObjective,
-    /// L, the steps of the best path known from the start to a goal; unbounded where a longer one may be worth more.
+    /// L, the steps of the best path known from the start to a goal, or what they may be expected to cost; unbounded where a longer one may be worth more.
     best: u32,
 }
 
@@ -61,7 +61,7 @@ impl<'a> ObjectiveView<'a> {
             objective,
             best: match objective {
                 SearchObjective::OtherGoal if model.goals_pay => UNREACHED,
-                _ => model.to_goal.get(start),
+                _ => model.best_steps(start),
             },
         }
     }

@@ -25,6 +25,9 @@ pub enum Optimism {
     /// Shorter paths to the goals seen: an untried action is tried if the best that it could lead to beats the best path known.
     #[default]
     SeenGoals,
+    /// The same by what may be earned: an end is a goal only if it pays, and where actions slip the best path known is worth what it may be
+    /// expected to cost, falls included.
+    ExpectedReturn,
     /// Also goals not seen yet: an untried action might lead straight to one (R-max, Brafman & Tennenholtz 2002).
     AnyGoal,
     /// Nothing: the agent settles for the first path.
@@ -42,9 +45,9 @@ pub struct ExplorationParams {
     /// Logits added for a rise of the potential worth one step, once a goal has been reached; with 0 all that is advised then is
     /// what the search for something better has planned.
     pub potential_advice: f64,
-    /// What is looked for once a goal has been reached: seen-goals | any-goal | none
+    /// What is looked for once a goal has been reached: seen-goals | expected-return | any-goal | none
     pub optimism: Optimism,
-    /// With `seen-goals`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
+    /// With `seen-goals` and `expected-return`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
     pub search_share: f64,
     /// The same once a goal has paid more than nothing (a reward above 0): another one may pay more, however far it is.
     pub reward_search_share: f64,

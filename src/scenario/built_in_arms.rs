@@ -52,6 +52,7 @@ macro_rules! replay {
             "exploration.kind=frontier",
             "exploration.frontier_advice=24",
             "exploration.potential_advice=0",
+            "exploration.optimism=expected-return",
         ]
     };
 }

@@ -3,9 +3,9 @@
 use crate::program::Program;
 use serde_json::Value;
 
-fn compared(settings: &[&str], arms: &str) -> Vec<Value> {
+fn compared(world: &str, settings: &[&str], arms: &str) -> Vec<Value> {
     let program = Program::new();
-    let mut command = vec!["compare", "four_rooms", "--seeds", "0..4", "--arms", arms];
+    let mut command = vec!["compare", world, "--seeds", "0..4", "--arms", arms];
     command.extend(["--no-report", "--json", "-q"]);
     settings.iter().for_each(|s| command.extend(["--set", s]));
     let printed: Value = serde_json::from_str(&program.prints(&command)).unwrap();
@@ -23,7 +23,7 @@ fn every_potential_ends_on_the_best_policy() {
         "arms.drawn.shaping.potential=random",
     ];
     let arms = "sparse,replay,replay-unshaped,replay-negated-oracle,drawn";
-    for arm in &compared(&settings, arms)[1..] {
+    for arm in &compared("four_rooms", &settings, arms)[1..] {
         assert_eq!(arm["failures"], 0.0, "{}", arm["name"]);
         // There is no advice beside the search.
         assert_eq!(arm["failures_unadvised"], 0.0, "{}", arm["name"]);
@@ -40,7 +40,7 @@ fn the_shaped_reward_brings_news_home() {
         "arms.unshaped.base=replay-unshaped",
         "arms.unshaped.agent.planning_steps=1",
     ];
-    let arms = compared(&settings, "sparse,frugal,unshaped");
+    let arms = compared("four_rooms", &settings, "sparse,frugal,unshaped");
     let regret = |arm: usize| arms[arm]["regret"]["iqm"].as_f64().unwrap();
     assert!(
         3.0 * regret(1) < regret(2),
@@ -48,4 +48,23 @@ fn the_shaped_reward_brings_news_home() {
         regret(1),
         regret(2)
     );
+}
+
+/// Lava, a cliff, and short ways that are bad ways: three of ten steps on a bridge of four fall.
+#[test]
+fn ends_that_cost_and_ways_that_fall_are_avoided() {
+    for world in [
+        "lava_gap_7",
+        "dist_shift_1",
+        "holes",
+        "cliff_walking",
+        "bridge_pit",
+        "bridge_swamp",
+        "bridge_back",
+    ] {
+        let arms = compared(world, &[], "sparse,replay");
+        assert_eq!(arms[1]["failures"], 0.0, "{world}");
+        let ratio = arms[1]["ratio_to_sparse"]["median"].as_f64().unwrap();
+        assert!(ratio < 0.5, "{world}: {ratio} of the regret of sparse");
+    }
 }

@@ -95,7 +95,8 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 if self.goals.count_ending(next, step.reward) {
                     self.schedule.invalidate_fit();
                 }
-                self.goals.label_trajectory(start, next, true);
+                let at_goal = self.goals.contains(next);
+                self.goals.label_trajectory(start, next, at_goal);
             }
         }
     }

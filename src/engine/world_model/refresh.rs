@@ -102,8 +102,10 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 .into_iter()
                 .map(|(state, handicap)| Destination { state, handicap })
                 .collect();
+            let graph = self.graph.transitions();
             exploration.set_goals_pay(self.goals.pays());
-            exploration.set_destinations(self.graph.transitions(), &destinations);
+            exploration.set_returns(graph, self.goals.best_reward(), self.goals.step_cost());
+            exploration.set_destinations(graph, &destinations);
             self.unit = mean_rise(self.table.values(), exploration.eccentricity());
         }
         Ok(())
