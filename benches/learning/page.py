@@ -116,7 +116,7 @@ def default_arm(results):
 
 
 def all_arms(results, names):
-    """A row for each arm, a column for each world: regret ÷ sparse, and how many policies fail."""
+    """A row for each arm, a column for each world."""
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(world.name for world, _ in results) + " |"
     yield "|---|" + "---:|" * len(results)
     for name in names:
@@ -214,12 +214,12 @@ def transfer(out):
             worlds.append(title[1].lower())
         elif cells := re.match(r"\| ([a-z-]+) \| ([a-z:-]+) \| ([\d.]+) \|", line):
             errors[worlds[-1], cells[1], cells[2]] = cells[3]
+    networks = [[f"{kind}:{features}" for features in ("pvf", "random", "constant")] for kind in ("here", "carried")]
+    columns = [["heat"], ["steep-cost"], *networks, ["hops"]]
     for world in worlds:
         for question in ("new-goal", "new-map", "new-nodes", "missing-edges", "false-edges"):
-            found = lambda arm: errors.get((world, question, arm))  # noqa: E731
-            three = lambda kind: " / ".join(filter(None, (found(f"{kind}:{f}") for f in ("pvf", "random", "constant")))) or "–"  # noqa: E731
-            cells = [found("heat"), found("steep-cost"), three("here"), three("carried"), found("hops")]
-            yield f"| {world}, `{question}` | " + " | ".join(cells) + " |"
+            found = [[errors[world, question, arm] for arm in arms if (world, question, arm) in errors] for arms in columns]
+            yield f"| {world}, `{question}` | " + " | ".join(" / ".join(cell) or "–" for cell in found) + " |"
 
 
 def rooms(out):

@@ -157,8 +157,8 @@ ARMS = [
 # Not tuned: hostile and random potentials, the true distance, replay without a potential, and the paper as it is printed.
 FIXED = ["oracle", "random-potential", "negated-oracle", "replay-unshaped", "replay-negated-oracle", "report"]
 
-# Arms that plan a whole episode ahead take minutes a run beyond a hundred cells; of the rest, what worlds of thousands of states
-# can do without.
+# Arms that plan a whole episode ahead take hundreds of times the time a step beyond a hundred cells; of the rest, what worlds of
+# thousands of states (a map of the same kind may be smaller, and has more seeds then) can do without.
 EPISODE_PLANNERS = {"mbie-eb", "ucbvi", "psrl"}
 CELLS = {"open_15x15", "u_trap", "rooms_25x25", "maze_101", "spiral", "one_way", "open_15x15_turns", "four_rooms_slip", "taxi"}
 THOUSANDS = {"rooms_50x50", "open_50x50", "maze_101"}

@@ -76,7 +76,7 @@ pub enum Bootstrap {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Untried {
-    /// Optimism: they may be worth the optimistic value (R-max).
+    /// Optimism: they may be worth the optimistic value (R-max), or what values begin with.
     #[default]
     Optimistic,
     /// The advice of the exploration, which comes before any plan; plans themselves lead along known ways only.

@@ -69,7 +69,7 @@ pub struct AgentParams {
     #[schemars(example = 100)]
     pub horizon: Option<usize>,
     /// mbie-eb: β of the bonus β/√n, in ranges of returns seen, a step of the horizon. ucbvi: the bonus, in shares of the theory's
-    /// that the horizon divides. replay-actor-critic: β as mbie-eb's, where chance has a part. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125,
+    /// that the horizon divides. replay-actor-critic: β of the same, in largest rewards seen, a step of the longest episode. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125,
     /// replay-actor-critic 0.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 1.0)]
@@ -298,7 +298,7 @@ impl AgentParams {
     pub fn replay_actor_critic(&self) -> ReplayActorCriticParams {
         ReplayActorCriticParams {
             gamma: self.gamma,
-            replay: self.planning_steps,
+            planning_steps: self.planning_steps,
             untried: self.untried,
             bonus: self
                 .bonus

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! P̂ and r̂ are the frequencies and mean rewards of all that was seen, so that one backup of s replays every transition from s.
-//! After each step the state just left is backed up, then the states that are most out of date, `replay` in all at most
+//! After each step the state just left is backed up, then the states that are most out of date, `planning_steps` in all at most
 //! (Dyna, Sutton 1990; prioritised sweeping, Moore & Atkeson 1993). The actor is as sure as it can get at once: an action that is
 //! worse by half of c, the least that a step can cost, is C = 12 logits less likely.
 //!
@@ -34,6 +34,7 @@ use super::greedy::{action, advised, first_best};
 use super::model::EmpiricalModel;
 use super::policy::{sample, softmax};
 use super::sweep::SweepQueue;
+use super::table::largest;
 use super::{Agent, Experience, Situation, UpdateInfo};
 use crate::env::{Action, StepStatus};
 use crate::graph::StateId;
@@ -57,7 +58,7 @@ pub struct ReplayActorCriticParams {
     /// Discount factor γ, 0..=1.
     pub gamma: f64,
     /// States backed up after each step, the one just left included; at least 1.
-    pub replay: usize,
+    pub planning_steps: usize,
     /// What untried actions are worth.
     pub untried: Untried,
     /// β, at least 0.
@@ -68,7 +69,7 @@ impl Default for ReplayActorCriticParams {
     fn default() -> Self {
         Self {
             gamma: 1.0,
-            replay: 50,
+            planning_steps: 50,
             untried: Untried::Optimistic,
             bonus: 0.3,
         }
@@ -82,7 +83,7 @@ impl ReplayActorCriticParams {
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         check_gamma(self.gamma)?;
-        check_count("planning_steps", self.replay)?;
+        check_count("planning_steps", self.planning_steps)?;
         check_bonus("bonus", self.bonus)
     }
 }
@@ -109,9 +110,9 @@ impl Scale {
         }
     }
 
-    /// Takes a step in; whether L has changed.
+    /// Takes a step in; whether L has grown or c fallen: changes that were nothing may be something now.
     fn note(&mut self, reward: f64, status: StepStatus) -> bool {
-        let (size, before) = (reward.abs(), self.longest);
+        let (size, before) = (reward.abs(), (self.longest, self.step_cost()));
         self.largest_reward = self.largest_reward.max(size);
         if status != StepStatus::Terminated && size > 0.0 {
             self.cheapest_step = Some(self.cheapest_step.map_or(size, |least| least.min(size)));
@@ -123,7 +124,7 @@ impl Scale {
         if status.is_last() {
             self.so_far = 0;
         }
-        self.longest != before
+        self.longest != before.0 || self.step_cost() < before.1
     }
 
     /// Chance that an episode ends by itself after a step.
@@ -138,7 +139,7 @@ impl Scale {
     }
 }
 
-/// Tabular actor-critic with replay. Memory O(states · actions + different transitions). A step costs at most `replay` backups, each
+/// Tabular actor-critic with replay. Memory O(states · actions + different transitions). A step costs at most `planning_steps` backups, each
 /// O(outcomes of the state's actions + ways into the state · log of what waits); a fit of φ costs one a state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplayActorCritic {
@@ -185,7 +186,7 @@ impl ReplayActorCritic {
         }
     }
 
-    /// V(state) + mφ(state), what is left without the shaping; `None` for states it has not heard of.
+    /// V(state) + mφ(state), in units of return: what V would be without the shaping; `None` for states it has not heard of. O(1).
     pub fn unshaped_value(&self, state: StateId) -> Option<f64> {
         let value = self.values.get(state.index())?;
         Some(value + self.shaping_of(state))
@@ -300,8 +301,7 @@ impl ReplayActorCritic {
     /// Takes a step into the model, and queues what it puts out of date besides the state just left.
     fn record(&mut self, experience: &Experience<'_>) {
         let (state, next) = (experience.state, experience.next.state);
-        let lengthened = self.scale.note(experience.reward, experience.status);
-        if lengthened {
+        if self.scale.note(experience.reward, experience.status) {
             (0..self.values.len()).for_each(|s| self.queue.push(s, f64::MIN_POSITIVE));
         }
         if self.model.record(experience) {
@@ -316,14 +316,16 @@ impl ReplayActorCritic {
 
     /// Writes θ(state, ·).
     fn write_preferences(&self, state: StateId, preferences: &mut [f64]) {
-        let best = self.action_values(state).flatten().reduce(f64::max);
-        let steepness = CERTAINTY / (DOUBT * self.scale.step_cost());
         for (preference, value) in preferences.iter_mut().zip(self.action_values(state)) {
-            *preference = match (value, best) {
-                (Some(value), Some(best)) => (steepness * (value - best)).max(-CERTAINTY),
-                (None, Some(_)) => -CERTAINTY,
-                (_, None) => 0.0,
-            };
+            *preference = value.unwrap_or(f64::NEG_INFINITY);
+        }
+        let best = largest(preferences);
+        if best == f64::NEG_INFINITY {
+            return preferences.fill(0.0); // nothing is known of any action
+        }
+        let steepness = CERTAINTY / (DOUBT * self.scale.step_cost());
+        for preference in preferences.iter_mut() {
+            *preference = (steepness * (*preference - best)).max(-CERTAINTY);
         }
     }
 }
@@ -348,7 +350,7 @@ impl Agent for ReplayActorCritic {
         if self.params.untried == Untried::Advised && !self.model.is_terminal(next) {
             self.back_up(next); // it may have been entered from a better place than ever before
         }
-        for _ in 1..self.params.replay {
+        for _ in 1..self.params.planning_steps {
             let Some(waiting) = self.queue.pop() else {
                 break;
             };
@@ -401,7 +403,7 @@ mod tests {
     fn thorough() -> ReplayActorCriticParams {
         ReplayActorCriticParams {
             gamma: 0.9,
-            replay: 1_000_000,
+            planning_steps: 1_000_000,
             bonus: 0.0,
             ..Default::default()
         }
@@ -519,7 +521,7 @@ mod tests {
     #[test]
     fn with_the_right_potential_one_backup_a_state_is_enough() {
         let frugal = ReplayActorCriticParams {
-            replay: 1,
+            planning_steps: 1,
             ..Default::default()
         };
         let goes_on = |agent: &ReplayActorCritic| {
@@ -542,7 +544,7 @@ mod tests {
     #[test]
     fn a_later_fit_changes_no_preference_unless_an_end_has_come_or_gone() {
         let frugal = ReplayActorCriticParams {
-            replay: 1,
+            planning_steps: 1,
             ..thorough()
         };
         let mut agent = agent(frugal, 1.0);

@@ -21,10 +21,12 @@ struct Ending {
 pub struct GoalStatistics {
     /// Whether an end is a goal only if it pays.
     only_paying: bool,
-    /// Every end, in the order of discovery.
+    /// Of the goals, in the order of discovery.
     endings: IndexMap<StateId, Ending, FixedState>,
-    /// Those that are goals, with mean rewards.
+    /// The same with mean rewards.
     goals: Vec<Goal>,
+    /// Of ends that pay too little to be goals.
+    shunned: IndexMap<StateId, Ending, FixedState>,
     labels: Vec<(StateId, usize)>,
     /// By state: its place in `labels`.
     label_places: Vec<Option<u32>>,
@@ -32,21 +34,30 @@ pub struct GoalStatistics {
     steps: u64,
 }
 
-impl GoalStatistics {
-    /// Counts the reward of a step that ended nothing. O(1).
-    #[inline]
-    pub fn count_step(&mut self, reward: f64) {
-        self.step_rewards += reward;
-        self.steps += 1;
+impl Ending {
+    /// Counts one more; the mean of all.
+    fn count(&mut self, reward: f64) -> f64 {
+        self.reward_sum += reward;
+        self.count += 1;
+        self.reward_sum / f64::from(self.count)
     }
+}
 
-    /// The same, where an end is a goal only if it pays more than a step, or steps cost and it costs no more than three of them: other
-    /// ends are worth less than to go on, and whatever they cost, a better one may exist.
+impl GoalStatistics {
+    /// Nothing counted yet, of a world where an end is a goal only if it pays more than a step, or steps cost and it costs no more
+    /// than three of them: to go on is worth more than other ends, and a better one may exist.
     pub fn of_paying_ends() -> Self {
         Self {
             only_paying: true,
             ..Self::default()
         }
+    }
+
+    /// Counts the reward of a step that ended nothing. O(1).
+    #[inline]
+    pub fn count_step(&mut self, reward: f64) {
+        self.step_rewards += reward;
+        self.steps += 1;
     }
 
     /// Whether a termination that pays `reward` on average is one to seek.
@@ -58,21 +69,20 @@ impl GoalStatistics {
         !self.only_paying || reward > step || (step < 0.0 && reward >= DEAR * step)
     }
 
-    /// Counts a termination in `state`; true if this is a goal not seen before. O(1), or O(goals) if the state is known.
+    /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
     pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
-        let ending = self.endings.entry(state).or_default();
-        ending.reward_sum += reward;
-        ending.count += 1;
-        let reward = ending.reward_sum / f64::from(ending.count);
-        let seen_before = ending.count > 1;
-        let known = self.goals.iter_mut().filter(|_| seen_before);
-        if let Some(goal) = known.into_iter().find(|goal| goal.state == state) {
-            goal.reward = reward;
+        if let Some((place, _, ending)) = self.endings.get_full_mut(&state) {
+            self.goals[place].reward = ending.count(reward);
             return false;
         }
+        let mut ending = self.shunned.swap_remove(&state).unwrap_or_default();
+        let reward = ending.count(reward);
         let is_new = self.is_goal(reward);
         if is_new {
+            self.endings.insert(state, ending);
             self.goals.push(Goal { state, reward });
+        } else {
+            self.shunned.insert(state, ending);
         }
         is_new
     }
@@ -122,10 +132,7 @@ impl GoalStatistics {
     /// if there was.
     #[inline]
     pub fn forget(&mut self, state: StateId) -> bool {
-        if self.endings.shift_remove(&state).is_none() {
-            return false;
-        }
-        let Some(place) = self.goals.iter().position(|goal| goal.state == state) else {
+        let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
             return false;
         };
         self.goals.remove(place);
@@ -135,9 +142,9 @@ impl GoalStatistics {
         true
     }
 
-    /// Whether `state`, an end, is a goal. O(1) where every end is one, else O(goals).
+    /// Whether `state` is a goal. O(1).
     pub fn contains(&self, state: StateId) -> bool {
-        !self.only_paying || self.states().any(|goal| goal == state)
+        self.endings.contains_key(&state)
     }
 
     /// What the best goal pays on average; −∞ without goals.

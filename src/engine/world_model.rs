@@ -1,6 +1,7 @@
 //! Knowledge of a world, whoever found it out: graph, features, potential, goals, and what actions do.
 //!
-//! **Goals may move.** A state where an episode terminated is believed to be a goal until an episode goes on there.
+//! **Goals may move.** A state where an episode terminated, and with [`Optimism::ExpectedReturn`] one that pays, is believed to be a goal until an
+//! episode goes on there.
 //! Then it is forgotten: φ is fitted anew on the goals that are left, or is 0 again when there are none, and the search
 //! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
 //! for: each visit would refit φ.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 const END_OF_TIME: f64 = 1e-5;
 /// Sweeps of one update at most; what is left is done by the next.
 const SWEEPS: usize = 200;
-/// Changes below this share of the smallest reward, in size, end an update.
+/// Changes below this share of the mean cost of a step end an update.
 const TOLERANCE: f64 = 1e-3;
 
 /// V by state, as of the last update.

@@ -188,7 +188,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "replay",
-        "an actor-critic that replays what it has seen with the shaping of the present potential, frontier exploration",
+        "an actor-critic that replays what it has seen with the shaping of the present potential, frontier exploration by expected return",
         replay!("gcn"),
     ),
     arm(
