@@ -1,20 +1,22 @@
-//! Diffusion, its gradient and whole potentials on open grids and on a maze with paths of thousands of steps.
+//! The soft Bellman equation, its gradient and whole potentials on open grids and on a maze with paths of thousands of steps.
 //!
-//! `cargo bench --bench shaping`, or `-- diffusion/grid` for a part. Sizes above 10⁴ nodes take the fewest samples.
+//! `cargo bench --bench shaping`, or `-- bellman/grid` for a part. Sizes above 10⁴ nodes take the fewest samples.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use eigentrail::gcn::GcnParams;
 use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
 use eigentrail::shaping::{
-    LinearlySolvableMdp, PotentialKind, ShapingParams, ShortestPathProblem, TransitionMatrix,
-    potential_on_graph,
+    LearntModel, PotentialKind, ShapingParams, SoftBellman, potential_on_graph,
 };
 use faer::Mat;
 use rand::RngExt;
 use std::hint::black_box;
 
 const TOL: f64 = 1e-8;
+
+/// Of a solve, in typical steps: that at which `gcn` begins, and about that of `heat`.
+const TEMPERATURES: [f64; 2] = [0.5, 10.0];
 
 fn from_edges(n: usize, edges: &[(usize, usize)]) -> SymmetricCsr {
     let mut triplets = sprs::TriMatI::<f64, u32>::new((n, n));
@@ -67,8 +69,8 @@ fn maze(side: usize) -> SymmetricCsr {
     from_edges(nodes, &edges)
 }
 
-fn problem(adjacency: &SymmetricCsr) -> ShortestPathProblem {
-    ShortestPathProblem::uniform(&TransitionMatrix::undirected(adjacency), &[StateId(0)])
+fn model(adjacency: &SymmetricCsr) -> LearntModel {
+    LearntModel::uniform(adjacency, &[StateId(0)])
 }
 
 fn worlds() -> Vec<(&'static str, SymmetricCsr)> {
@@ -81,36 +83,33 @@ fn worlds() -> Vec<(&'static str, SymmetricCsr)> {
     ]
 }
 
-fn diffusion(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("diffusion");
+fn bellman(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("bellman");
     group.sample_size(10);
     for (name, adjacency) in worlds() {
-        let problem = problem(&adjacency);
-        let chain = &problem.chain;
-        let q = vec![0.7; chain.len()];
-        group.throughput(Throughput::Elements(chain.len() as u64));
-        let id = |what: &str| BenchmarkId::new(format!("{name}/{what}"), chain.len());
-        group.bench_function(id("problem"), |b| {
-            b.iter(|| self::problem(black_box(&adjacency)))
+        let model = model(&adjacency);
+        let n = model.process.len();
+        group.throughput(Throughput::Elements(n as u64));
+        let id = |what: &str| BenchmarkId::new(format!("{name}/{what}"), n);
+        group.bench_function(id("model"), |b| {
+            b.iter(|| self::model(black_box(&adjacency)))
         });
-        group.bench_function(id("solve"), |b| {
-            b.iter(|| LinearlySolvableMdp::new(chain).solve_cold(&q, &mut vec![0.0], TOL));
-        });
-        let mut mdp = LinearlySolvableMdp::new(chain);
-        let statistics = mdp.solve_cold(&q, &mut vec![0.0], TOL);
-        eprintln!(
-            "{name} {}: {statistics:?}, E = {}",
-            chain.len(),
-            problem.eccentricity()
-        );
-        let gradient = vec![1.0; chain.len()];
-        group.bench_function(id("gradient"), |b| {
-            b.iter(|| {
-                let mut lambda = vec![0.0; chain.len()];
-                mdp.walk_mut()
-                    .solve_transposed(&gradient, &mut lambda, TOL, 1000)
+        for temperature in TEMPERATURES {
+            let tau = model.temperatures(temperature);
+            let mut solver = SoftBellman::new(&model.process);
+            group.bench_function(id(&format!("solve at {temperature}")), |b| {
+                b.iter(|| solver.solve_cold(&tau, TOL));
             });
-        });
+            let (_, statistics) = solver.solve_cold(&tau, TOL);
+            eprintln!("{name} {n} at {temperature}: {statistics:?}");
+            let gradient = vec![1.0; n];
+            group.bench_function(id(&format!("gradient at {temperature}")), |b| {
+                b.iter(|| {
+                    let mut mu = vec![0.0; n];
+                    solver.solve_transposed(&gradient, &mut mu, TOL, 1000)
+                });
+            });
+        }
     }
     group.finish();
 }
@@ -147,5 +146,5 @@ fn potentials(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, diffusion, potentials);
+criterion_group!(benches, bellman, potentials);
 criterion_main!(benches);

@@ -206,7 +206,7 @@ def recipes(out):
 
 def transfer(out):
     """The output of the example, a row for each question instead of one for each arm."""
-    yield "| question | heat | steep heat | gcn, fitted here, pvf / random / constant | gcn, carried, pvf / random / constant | hops |"
+    yield "| question | heat | coldest heat | gcn, fitted here, pvf / random / constant | gcn, carried, pvf / random / constant | hops |"
     yield "|---|---|---|---|---|---|"
     errors, worlds = {}, []
     for line in (out / "transfer.txt").read_text().splitlines():
@@ -215,7 +215,7 @@ def transfer(out):
         elif cells := re.match(r"\| ([a-z-]+) \| ([a-z:-]+) \| ([\d.]+) \|", line):
             errors[worlds[-1], cells[1], cells[2]] = cells[3]
     networks = [[f"{kind}:{features}" for features in ("pvf", "random", "constant")] for kind in ("here", "carried")]
-    columns = [["heat"], ["steep-cost"], *networks, ["hops"]]
+    columns = [["heat"], ["coldest"], *networks, ["hops"]]
     for world in worlds:
         for question in ("new-goal", "new-map", "new-nodes", "missing-edges", "false-edges"):
             found = [[errors[world, question, arm] for arm in arms if (world, question, arm) in errors] for arms in columns]

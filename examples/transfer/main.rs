@@ -1,5 +1,6 @@
 //! Where learning pays, and where plain heat does as well: weights of the `gcn` potential carried to goals, maps and
-//! nodes that they were not fitted on. The experiment can fail: `heat` learns nothing, `hops` plans on what is known.
+//! nodes that they were not fitted on. The experiment can fail: `heat` learns nothing, `hops` plans on what is known. Nobody walks
+//! here: labels are the returns of shortest ways on the graph as known.
 //!
 //! ```sh
 //! cargo run --release --example transfer -- 20          # seeds; some ten seconds on four cores
@@ -17,8 +18,8 @@
 //! |---|---|
 //! | `inherit` | what the program does between two fits: a new node has φ of the node it was found from, here of `heat` |
 //! | `hops`, `heat` | solved on the graph as known |
-//! | `flat-cost` | `heat` with the cost per step of the `gcn` form before it has learnt anything |
-//! | `steep-cost` | `heat` with the largest cost that the `gcn` form can give every step |
+//! | `untrained` | `heat` at the temperature of the `gcn` form before it has learnt anything |
+//! | `coldest` | `heat` at the lowest temperature that the `gcn` form can give every state |
 //! | `here:X` | the `gcn` form, fitted on the graph as known with features X |
 //! | `carried:X` | the same with weights from the first column, not one epoch on what is asked |
 //!
@@ -33,8 +34,8 @@ use eigentrail::gcn::{GcnParameters, GcnParams};
 use eigentrail::graph::{StateId, SymmetricCsr};
 use eigentrail::seeds::{Stream, stream};
 use eigentrail::shaping::{
-    FitContext, GraphPotential, HeatPotential, HopsPotential, LearnedCostPotential, PotentialFit,
-    ShapingParams, ShortestPathProblem, TransitionMatrix,
+    HeatPotential, HopsPotential, LearnedTemperaturePotential, LearntModel, PotentialFit,
+    ReturnContext, ReturnPotential, ShapingParams, ShortestPathProblem, TransitionMatrix,
 };
 use eigentrail::spectral::{ProtoValueFunctions, SpectralParams};
 use faer::{Mat, MatRef};
@@ -70,28 +71,42 @@ struct Place {
     graph: SymmetricCsr,
     goal: StateId,
     problem: ShortestPathProblem,
+    model: LearntModel,
+    /// Of shortest ways.
+    returns: Vec<(StateId, f64)>,
 }
 
 impl Place {
     fn new(graph: SymmetricCsr, goal: StateId) -> Result<Self, Failure> {
         let problem = ShortestPathProblem::uniform(&TransitionMatrix::undirected(&graph), &[goal]);
-        Ok(Self {
+        let model = LearntModel::uniform(&graph, &[goal]);
+        let mut place = Self {
             graph,
             goal,
             problem,
-        })
+            model,
+            returns: Vec::new(),
+        };
+        let mut hops = HopsPotential { scale_factor: 1.0 };
+        let shortest = place.fit(&mut hops, Mat::zeros(0, 0).as_ref())?.values;
+        let process = &place.model.process;
+        let mut reached = process.order()[..process.num_reached()].to_vec();
+        reached.sort_unstable();
+        let value = |s: u32| (StateId(s), shortest[s as usize]);
+        place.returns = reached.into_iter().map(value).collect();
+        Ok(place)
     }
 
     fn fit(
         &self,
-        model: &mut dyn GraphPotential,
+        potential: &mut dyn ReturnPotential,
         features: MatRef<'_, f64>,
     ) -> Result<PotentialFit, Failure> {
-        Ok(model.fit_in(&FitContext {
-            problem: &self.problem,
+        Ok(potential.fit_to_returns(&ReturnContext {
+            model: &self.model,
             adjacency: &self.graph,
             features,
-            labels: &[],
+            returns: &self.returns,
         })?)
     }
 
@@ -128,13 +143,13 @@ impl Place {
 }
 
 /// The potential as it is by default, but trained as far as its epochs go, and on weights from elsewhere not at all.
-fn gcn(seed: u64) -> LearnedCostPotential {
+fn gcn(seed: u64) -> LearnedTemperaturePotential {
     let shaping = ShapingParams {
         fit_tolerance: 0.0,
         warm_epochs: 0,
         ..ShapingParams::default()
     };
-    LearnedCostPotential::new(shaping, GcnParams::default(), seed)
+    LearnedTemperaturePotential::new(shaping, GcnParams::default(), seed)
 }
 
 fn heat() -> HeatPotential {
@@ -166,20 +181,18 @@ impl Question<'_> {
         let defaults = ShapingParams::default();
         let scale_factor = defaults.scale_factor;
         let none = Mat::zeros(0, 0);
-        let mut flat = HeatPotential {
-            kept: (-defaults.temperature).exp(),
+        let heat_at = |temperature: f64| HeatPotential {
+            kept: (-1.0 / temperature).exp(),
             scale_factor,
         };
-        let hottest = defaults.temperature * defaults.log_cost_clip.exp();
-        let mut steep = HeatPotential {
-            kept: (-hottest).exp(),
-            scale_factor,
-        };
+        let mut untrained = heat_at(defaults.temperature);
+        let lowest = defaults.temperature * (-defaults.log_temperature_clip).exp();
+        let mut coldest = heat_at(lowest);
         let mut hops = HopsPotential { scale_factor };
-        let solved: [(&str, &mut dyn GraphPotential); 4] = [
+        let solved: [(&str, &mut dyn ReturnPotential); 4] = [
             ("heat", &mut heat()),
-            ("flat-cost", &mut flat),
-            ("steep-cost", &mut steep),
+            ("untrained", &mut untrained),
+            ("coldest", &mut coldest),
             ("hops", &mut hops),
         ];
         for (arm, model) in solved {

@@ -22,8 +22,8 @@
 //! c is the smallest reward, in size, of a step that ended nothing; where those are all 0, the largest reward's loss by g.
 //!
 //! **Untried actions** are worth V = 0 to begin with, like those of any learner that begins with 0. With [`Untried::Advised`] the
-//! exploration says which to try; in plans one of them may lead back to where s was entered from, at half a step's doubt,
-//! and they are good for nothing else.
+//! exploration says which to try; in plans one of them may lead back to where s was entered from, at half a step's doubt for the whole way,
+//! and they are good for nothing else. Where no way to an end is known there is no doubt: what is known leads round in circles.
 //!
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
@@ -45,8 +45,12 @@ use serde::{Deserialize, Serialize};
 
 /// C: the bound of preferences, in logits.
 const CERTAINTY: f64 = 12.0;
-/// What an untried action that may lead back costs more than one that is known to, in steps.
+/// Loss, in steps, at which an action is as unlikely as it gets.
+const PLAIN_LOSS: f64 = 0.5;
+/// What the first untried action of a way costs more than one that is known to lead back, in steps, and what each further one does: a known way is taken in
+/// the place of an equal one, and not of a shorter one, however many such actions that has.
 const DOUBT: f64 = 0.5;
+const FURTHER_DOUBT: f64 = 1.0 / 64.0;
 /// Plans reckon with episodes so many times as long as the longest one seen.
 const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
@@ -86,6 +90,17 @@ impl ReplayActorCriticParams {
         check_count("planning_steps", self.planning_steps)?;
         check_bonus("bonus", self.bonus)
     }
+}
+
+/// What is known of where a way leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Way {
+    /// To no end of episodes.
+    Unknown,
+    /// To an end, if untried actions lead back.
+    Guessed,
+    /// To an end.
+    Known,
 }
 
 /// Lengths of episodes and sizes of rewards, as far as they were seen.
@@ -154,6 +169,8 @@ pub struct ReplayActorCritic {
     potential: Vec<f64>,
     /// V by state.
     values: Vec<f64>,
+    /// By state: where the best action leads.
+    ways: Vec<Way>,
     /// Whether values have begun at φ since the last change of where episodes end.
     begun: bool,
     /// States whose value may be out of date.
@@ -178,6 +195,7 @@ impl ReplayActorCritic {
             stochastic: false,
             potential: Vec::new(),
             values: Vec::new(),
+            ways: Vec::new(),
             begun: false,
             queue: SweepQueue::default(),
             preferences: vec![0.0; num_actions],
@@ -237,11 +255,16 @@ impl ReplayActorCritic {
             Untried::Optimistic => Some(0.0),
             Untried::Advised => {
                 let ways = self.model.ways_into(state);
-                let back = ways
-                    .filter(|way| way.state != state)
-                    .map(|way| way.reward + self.gamma() * self.worth(way.state));
-                let best = back.reduce(f64::max)?;
-                Some(best - DOUBT * self.scale.step_cost() - self.shaping_of(state))
+                let back = ways.filter(|way| way.state != state).map(|way| {
+                    let doubt = match self.ways[way.state.index()] {
+                        Way::Known => DOUBT,
+                        Way::Guessed => FURTHER_DOUBT,
+                        Way::Unknown => 0.0,
+                    };
+                    way.reward + self.gamma() * self.worth(way.state)
+                        - doubt * self.scale.step_cost()
+                });
+                Some(back.reduce(f64::max)? - self.shaping_of(state))
             }
         }
     }
@@ -254,13 +277,56 @@ impl ReplayActorCritic {
 
     /// Computes V(state) anew and passes a change on; returns it.
     fn back_up(&mut self, state: StateId) -> f64 {
-        let best = self.action_values(state).flatten().reduce(f64::max);
-        let value = best.unwrap_or(0.0);
+        let (value, way) = self.best_action_value(state);
         let change = value - std::mem::replace(&mut self.values[state.index()], value);
-        if change.abs() > NEGLIGIBLE * self.scale.step_cost() && !self.model.is_terminal(state) {
-            self.pass_on(state, change.abs());
+        let flipped = std::mem::replace(&mut self.ways[state.index()], way) != way;
+        let matters = change.abs() > NEGLIGIBLE * self.scale.step_cost() || flipped;
+        if matters && !self.model.is_terminal(state) {
+            self.pass_on(state, change.abs().max(f64::MIN_POSITIVE));
         }
         change
+    }
+
+    /// max_a Q(state, a), 0 if nothing is known, and where that action leads.
+    fn best_action_value(&self, state: StateId) -> (f64, Way) {
+        let untried = self.untried_value(state);
+        let mut best: Option<(Action, f64)> = None;
+        for a in (0..self.model.num_actions()).map(action) {
+            if let Some(value) = self.action_value(state, a, None)
+                && best.is_none_or(|(_, most)| value > most)
+            {
+                best = Some((a, value));
+            }
+        }
+        match (best, untried) {
+            (Some((a, tried)), _) if untried.is_none_or(|untried| tried >= untried) => {
+                (tried, self.way_of(state, a))
+            }
+            _ => (untried.unwrap_or(0.0), self.way_of_untried(state)),
+        }
+    }
+
+    /// Where a tried action leads.
+    fn way_of(&self, state: StateId, action: Action) -> Way {
+        let outcomes = self.model.outcomes(state, action);
+        let ways = outcomes.map(|outcome| match outcome.ends {
+            true => Way::Known,
+            false => self.ways[outcome.to.index()],
+        });
+        ways.fold(Way::Unknown, |all, way| match (all, way) {
+            (Way::Guessed, _) | (_, Way::Guessed) => Way::Guessed,
+            (Way::Known, _) | (_, Way::Known) => Way::Known,
+            (Way::Unknown, Way::Unknown) => Way::Unknown,
+        })
+    }
+
+    /// Where the untried actions lead, if one leads back.
+    fn way_of_untried(&self, state: StateId) -> Way {
+        let mut back = self.model.ways_into(state).filter(|way| way.state != state);
+        match back.any(|way| self.ways[way.state.index()] != Way::Unknown) {
+            true => Way::Guessed,
+            false => Way::Unknown,
+        }
     }
 
     /// Queues every state whose value rests on that of `state`.
@@ -294,6 +360,7 @@ impl ReplayActorCritic {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
             self.values.resize(state.index() + 1, 0.0);
+            self.ways.resize(state.index() + 1, Way::Unknown);
             self.potential.resize(state.index() + 1, potential);
         }
     }
@@ -323,7 +390,7 @@ impl ReplayActorCritic {
         if best == f64::NEG_INFINITY {
             return preferences.fill(0.0); // nothing is known of any action
         }
-        let steepness = CERTAINTY / (DOUBT * self.scale.step_cost());
+        let steepness = CERTAINTY / (PLAIN_LOSS * self.scale.step_cost());
         for preference in preferences.iter_mut() {
             *preference = (steepness * (*preference - best)).max(-CERTAINTY);
         }

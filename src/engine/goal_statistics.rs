@@ -16,6 +16,15 @@ struct Ending {
     count: u32,
 }
 
+/// An end of episodes that is none any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostEnd {
+    /// It was a goal.
+    Goal,
+    /// It was none.
+    Other,
+}
+
 /// Goals seen, labels of the trajectories (section 4.1 of the source paper), and the typical cost of a step.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct GoalStatistics {
@@ -27,6 +36,10 @@ pub struct GoalStatistics {
     goals: Vec<Goal>,
     /// Of ends that pay too little to be goals.
     shunned: IndexMap<StateId, Ending, FixedState>,
+    /// By state: whether episodes end there, as goals or otherwise.
+    ends: Vec<bool>,
+    /// Whether a step that ended nothing has paid.
+    steps_pay: bool,
     labels: Vec<(StateId, usize)>,
     /// By state: its place in `labels`.
     label_places: Vec<Option<u32>>,
@@ -58,6 +71,7 @@ impl GoalStatistics {
     pub fn count_step(&mut self, reward: f64) {
         self.step_rewards += reward;
         self.steps += 1;
+        self.steps_pay |= reward > 0.0;
     }
 
     /// Whether a termination that pays `reward` on average is one to seek.
@@ -71,6 +85,10 @@ impl GoalStatistics {
 
     /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
     pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
+        if self.ends.len() <= state.index() {
+            self.ends.resize(state.index() + 1, false);
+        }
+        self.ends[state.index()] = true;
         if let Some((place, _, ending)) = self.endings.get_full_mut(&state) {
             self.goals[place].reward = ending.count(reward);
             return false;
@@ -118,28 +136,42 @@ impl GoalStatistics {
         &self.goals
     }
 
-    /// The goals' states, in the order of their discovery.
-    pub fn states(&self) -> impl Iterator<Item = StateId> + '_ {
-        self.goals.iter().map(|goal| goal.state)
-    }
-
     /// Labelled states, class 1 = rewarding.
     pub fn labels(&self) -> &[(StateId, usize)] {
         &self.labels
     }
 
-    /// Forgets the goal at `state`, because an episode went on there; false if there was none. O(1), or O(goals)
-    /// if there was.
+    /// By state: whether episodes end there, as goals or otherwise; shorter if the last ones are none.
+    pub fn ends(&self) -> &[bool] {
+        &self.ends
+    }
+
+    /// Whether anything was seen that a return could be made of: an end, or a step that paid.
+    pub fn returns_differ(&self) -> bool {
+        self.steps_pay || !self.endings.is_empty() || !self.shunned.is_empty()
+    }
+
+    /// Forgets the end at `state`, because an episode went on there. O(1), or O(goals) if it was a goal.
     #[inline]
-    pub fn forget(&mut self, state: StateId) -> bool {
+    pub fn forget(&mut self, state: StateId) -> Option<LostEnd> {
+        match self.ends.get(state.index()) {
+            Some(true) => Some(self.forget_end(state)),
+            _ => None,
+        }
+    }
+
+    #[cold]
+    fn forget_end(&mut self, state: StateId) -> LostEnd {
+        self.ends[state.index()] = false;
         let Some((place, _, _)) = self.endings.shift_remove_full(&state) else {
-            return false;
+            self.shunned.swap_remove(&state);
+            return LostEnd::Other;
         };
         self.goals.remove(place);
         if let Some(&Some(label)) = self.label_places.get(state.index()) {
             self.labels[label as usize].1 = 0;
         }
-        true
+        LostEnd::Goal
     }
 
     /// Whether `state` is a goal. O(1).
@@ -213,8 +245,12 @@ mod tests {
         goals.label_trajectory(StateId(0), StateId(4), true);
         assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 1)]);
         goals.count_ending(StateId(4), 0.0);
-        assert!(goals.forget(StateId(4)));
-        assert!(!goals.forget(StateId(4)), "there is nothing left to forget");
+        assert_eq!(goals.forget(StateId(4)), Some(LostEnd::Goal));
+        assert_eq!(
+            goals.forget(StateId(4)),
+            None,
+            "there is nothing left to forget"
+        );
         assert!(goals.is_empty());
         assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 0)]);
     }
@@ -225,8 +261,8 @@ mod tests {
         for (state, reward) in [(7, 1.0), (2, 2.0), (9, 3.0)] {
             goals.count_ending(StateId(state), reward);
         }
-        assert!(!goals.forget(StateId(0)));
-        assert!(goals.forget(StateId(2)));
+        assert_eq!(goals.forget(StateId(0)), None);
+        assert_eq!(goals.forget(StateId(2)), Some(LostEnd::Goal));
         assert!(!goals.count_ending(StateId(9), 5.0));
         let means: Vec<_> = goals
             .goals()
@@ -274,7 +310,9 @@ mod tests {
         assert!(goals.count_ending(StateId(3), -3.0) && goals.count_ending(StateId(4), 9.0));
         assert_eq!(goals.best_reward(), 9.0);
         assert!(goals.contains(StateId(4)));
-        assert!(!goals.forget(StateId(1)), "it was none");
+        assert!(goals.ends()[1] && goals.returns_differ());
+        assert_eq!(goals.forget(StateId(1)), Some(LostEnd::Other));
+        assert!(!goals.ends()[1]);
         // Free steps: a hole pays as little as they do.
         let mut goals = GoalStatistics::of_paying_ends();
         goals.count_step(0.0);

@@ -17,6 +17,7 @@ mod goal_statistics;
 mod params;
 mod pipeline;
 mod record;
+mod returns;
 mod schedule;
 mod walker;
 mod world_model;

@@ -8,6 +8,7 @@
 
 use super::error::PipelineError;
 use super::record::RefreshRecord;
+use super::returns::Trajectory;
 use super::world_model::WorldModel;
 use crate::env::{Action, Step};
 use crate::exploration::Explorer;
@@ -23,6 +24,7 @@ pub struct Walker {
     start: StateId,
     in_episode: bool,
     shaper: RewardShaper,
+    trajectory: Trajectory,
     explorer: Explorer,
     /// For `state`.
     advice: Vec<f64>,
@@ -56,6 +58,7 @@ impl Walker {
             start: StateId(0),
             in_episode: false,
             shaper: RewardShaper::new(world.gamma()),
+            trajectory: Trajectory::default(),
             explorer: Explorer::new(world.exploration_stream(number)),
             advice: vec![0.0; num_actions],
         }
@@ -73,6 +76,7 @@ impl Walker {
         self.start = state;
         self.state = state;
         self.in_episode = true;
+        self.trajectory.begin();
         self.shaper.begin_episode(world.potential().value(state));
         if let Some((exploration, graph)) = world.exploration() {
             self.explorer.begin_episode(exploration, graph, state);
@@ -115,6 +119,7 @@ impl Walker {
             self.explorer.lose_goal();
         }
         world.count(self.start, next, step);
+        world.count_returns(&mut self.trajectory, self.state, step);
         let first_goal = none_known && !world.goals().is_empty();
         let refresh = match world.refresh_if_due(step.status.is_last()) {
             Ok(refresh) => refresh,

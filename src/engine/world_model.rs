@@ -14,6 +14,7 @@ mod refresh;
 
 use super::goal_statistics::GoalStatistics;
 use super::params::PipelineParams;
+use super::returns::ReturnStatistics;
 use super::schedule::RefreshSchedule;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationModel, Explorer, Optimism};
 use crate::features::{FeatureSet, FeatureSource};
@@ -21,8 +22,7 @@ use crate::graph::{StateGraph, StateId, TransitionGraph};
 use crate::parameter::ParameterError;
 use crate::seeds::{self, Stream};
 use crate::shaping::{
-    AbsorbingChain, AnyPotential, Goal, Potential, PotentialKind, PotentialTable, TransitionMatrix,
-    build_potential,
+    AnyPotential, Goal, PotentialKind, PotentialTable, build_potential, false_maxima,
 };
 use crate::spectral::ProtoValueFunctions;
 use faer::MatRef;
@@ -47,6 +47,8 @@ pub struct WorldModel<S> {
     bonus: Option<CountBonus>,
     schedule: RefreshSchedule,
     goals: GoalStatistics,
+    /// For a potential that learns from them.
+    returns: Option<ReturnStatistics>,
     /// Rise of φ that one step towards a goal is worth on average.
     unit: f64,
     step: u64,
@@ -95,6 +97,8 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 Optimism::ExpectedReturn => GoalStatistics::of_paying_ends(),
                 _ => GoalStatistics::default(),
             },
+            returns: (params.shaping.potential == PotentialKind::Gcn)
+                .then(ReturnStatistics::default),
             unit: 1.0,
             step: 0,
             pairs_tried: 0,
@@ -151,16 +155,11 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         self.model.tell(state, number);
     }
 
-    /// Where the potential as it stands would hold up an agent that climbs it: states from which a goal can be reached
-    /// over the moves seen, none of whose moves leads to a larger φ. None before the first goal. O((n + transitions) log n).
+    /// Where the potential as it stands would hold up an agent that follows it: states from which a goal can be reached
+    /// over the moves seen, none of whose moves leads to a larger φ, or where an agent that looks one step ahead stays. None before the first goal. O((n + transitions) log n).
     pub fn spurious_maxima(&self) -> Vec<StateId> {
-        let graph = self.graph.transitions();
-        let goals: Vec<u32> = self.goals.states().map(|goal| goal.0).collect();
-        let transitions = TransitionMatrix::observed(graph, &graph.adjacency().to_csr());
-        let chain = AbsorbingChain::by_hops(&transitions, &goals);
-        let states = 0..graph.num_states() as u32;
-        let phi: Vec<f64> = states.map(|s| self.table.value(StateId(s))).collect();
-        chain.spurious_maxima(&phi)
+        let (graph, goals) = (self.graph.transitions(), &self.goals);
+        false_maxima(graph, goals.goals(), goals.ends(), &self.table, self.gamma)
     }
 
     /// What φ as it stands advises in `state`, in logits, one per action: the expected rise of φ along each, plans of

@@ -178,7 +178,10 @@ impl Explorer {
                 advice.fill(0.0);
                 advice[action.index()] = model.params.frontier_advice;
             }
-            None => model.look_ahead(graph, state, potential, unit, advice),
+            None => {
+                model.look_ahead(graph, state, potential, unit, advice);
+                model.point_out_way_back(graph, state, potential, advice);
+            }
         }
     }
 

@@ -27,6 +27,7 @@ mod params;
 mod stale;
 #[cfg(test)]
 mod tests;
+mod way_back;
 
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;

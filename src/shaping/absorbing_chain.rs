@@ -133,18 +133,6 @@ impl AbsorbingChain {
         self.offsets[p]..self.offsets[p + 1]
     }
 
-    pub(crate) fn near_range(&self, p: usize) -> Range<usize> {
-        self.offsets[p]..self.first_far[p]
-    }
-
-    pub(crate) fn far_range(&self, p: usize) -> Range<usize> {
-        self.first_far[p]..self.offsets[p + 1]
-    }
-
-    pub(crate) fn columns(&self) -> &[u32] {
-        &self.columns
-    }
-
     /// The positions that a move from `p` may lead to, ascending; none for goals.
     pub fn columns_of(&self, p: usize) -> &[u32] {
         &self.columns[self.range(p)]
@@ -153,28 +141,6 @@ impl AbsorbingChain {
     /// How likely each of them is. The sum is below 1 where a move leads out of reach of the goals.
     pub fn probabilities_of(&self, p: usize) -> &[f64] {
         &self.probabilities[self.range(p)]
-    }
-
-    /// The lowest v of the positions before `p` that it leads to.
-    pub(crate) fn lowest_near(&self, p: usize, v: &[f64]) -> f64 {
-        let near = &self.columns[self.near_range(p)];
-        near.iter()
-            .map(|&j| v[j as usize])
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    /// v_j − ln P_pj for the position j before `p` with the lowest v: what v_p cannot exceed but for the cost of the step.
-    pub(crate) fn lowest_way(&self, p: usize, v: &[f64]) -> f64 {
-        let near = self.near_range(p);
-        let ways = self.columns[near.clone()]
-            .iter()
-            .zip(&self.probabilities[near]);
-        let (lowest, probability) = ways
-            .map(|(&j, &probability)| (v[j as usize], probability))
-            .fold((f64::INFINITY, 1.0), |best, way| {
-                if way.0 < best.0 { way } else { best }
-            });
-        lowest - libm::log(probability)
     }
 
     /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves

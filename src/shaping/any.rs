@@ -6,10 +6,12 @@ use super::fit_context::{FitContext, GraphPotential};
 use super::given::GivenPotential;
 use super::heat::HeatPotential;
 use super::hops::HopsPotential;
-use super::learned_cost::LearnedCostPotential;
+use super::learned_temperature::LearnedTemperaturePotential;
+use super::learnt_model::LearntModel;
 use super::negated_oracle::NegatedOraclePotential;
 use super::oracle::OraclePotential;
 use super::random::RandomPotential;
+use super::return_context::{ReturnContext, ReturnPotential};
 use super::shortest_path::ShortestPathProblem;
 use super::successor::SuccessorPotential;
 use super::{PotentialFit, PotentialInputs, PotentialKind, ShapingError, ShapingParams};
@@ -23,7 +25,7 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub enum AnyPotential {
     /// `gcn`.
-    LearnedCost(LearnedCostPotential),
+    LearnedTemperature(LearnedTemperaturePotential),
     /// `report`.
     ClassProbability(ClassProbabilityPotential),
     /// `heat`.
@@ -54,7 +56,7 @@ impl AnyPotential {
         match shaping.potential {
             PotentialKind::Gcn => {
                 let (shaping, gcn) = (shaping.clone(), gcn.clone());
-                Self::LearnedCost(LearnedCostPotential::new(shaping, gcn, seed))
+                Self::LearnedTemperature(LearnedTemperaturePotential::new(shaping, gcn, seed))
             }
             PotentialKind::Report => {
                 let potential =
@@ -93,14 +95,37 @@ impl AnyPotential {
     /// # Panics
     /// If `inputs.adjacency` has not as many rows as `inputs.graph` has states, or a goal or label is out of range.
     pub fn fit(&mut self, inputs: &PotentialInputs<'_>) -> Result<PotentialFit, ShapingError> {
+        let ends = inputs.all_ends();
+        let mut fit = self.fit_anywhere(inputs, &ends)?;
+        let at_ends = fit.values.iter_mut().zip(&ends).filter(|(_, end)| **end);
+        at_ends.for_each(|(phi, _)| *phi = 0.0);
+        Ok(fit)
+    }
+
+    /// φ, but for the ends of episodes.
+    fn fit_anywhere(
+        &mut self,
+        inputs: &PotentialInputs<'_>,
+        ends: &[bool],
+    ) -> Result<PotentialFit, ShapingError> {
         match self {
             Self::Oracle(oracle) => return oracle.fit(inputs),
             Self::NegatedOracle(negated) => return negated.fit(inputs),
             Self::Given(given) => return given.fit(inputs),
             _ => {}
         }
-        match self.on_graph() {
-            Some(potential) if !inputs.goals.is_empty() => {
+        let goal_known = !inputs.goals.is_empty();
+        if let Some(potential) = self.of_returns() {
+            let model = LearntModel::observed(inputs.graph, ends, goal_known, inputs.gamma)?;
+            return potential.fit_to_returns(&ReturnContext {
+                model: &model,
+                adjacency: inputs.adjacency,
+                features: inputs.features,
+                returns: inputs.returns,
+            });
+        }
+        match self.of_goals() {
+            Some(potential) if goal_known => {
                 let problem = ShortestPathProblem::observed(inputs)?;
                 potential.fit_in(&FitContext {
                     problem: &problem,
@@ -127,17 +152,32 @@ impl AnyPotential {
         }
     }
 
-    /// The kinds that need no world; `None` for the others.
-    pub(super) fn on_graph(&mut self) -> Option<&mut dyn GraphPotential> {
+    /// Whether it is made of returns, which need no goal.
+    pub fn is_made_of_returns(&self) -> bool {
+        matches!(
+            self,
+            Self::LearnedTemperature(_) | Self::Heat(_) | Self::Hops(_)
+        )
+    }
+
+    /// The kinds made of returns; `None` for the others.
+    pub(super) fn of_returns(&mut self) -> Option<&mut dyn ReturnPotential> {
         match self {
-            Self::LearnedCost(potential) => Some(potential),
-            Self::ClassProbability(potential) => Some(potential),
+            Self::LearnedTemperature(potential) => Some(potential),
             Self::Heat(potential) => Some(potential),
             Self::Hops(potential) => Some(potential),
+            _ => None,
+        }
+    }
+
+    /// The kinds made of ways to goals; `None` for the others.
+    pub(super) fn of_goals(&mut self) -> Option<&mut dyn GraphPotential> {
+        match self {
+            Self::ClassProbability(potential) => Some(potential),
             Self::DefaultRepresentation(potential) => Some(potential),
             Self::Successor(potential) => Some(potential),
             Self::Random(potential) => Some(potential),
-            Self::Oracle(_) | Self::NegatedOracle(_) | Self::Given(_) | Self::None => None,
+            _ => None,
         }
     }
 }

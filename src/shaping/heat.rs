@@ -1,16 +1,15 @@
-//! The control without learning: heat that flows from the goals and is lost at a fixed rate.
+//! The control without learning: a soft Bellman equation at one fixed temperature.
 //!
 //! ```text
-//! u_i = e^{−q_i} Σ_j P_ij u_j,  u_g = 1 on the best goals,     q_i = c_i · (−ln kept),     φ ∝ ln u
+//! V_i = τ ln mean_c e^{Q(i, c) / τ},   Q(i, c) = r_c + g Σ_j P_cj V_j,   τ = r̄ / (−ln kept),   φ = factor · V
 //! ```
 //!
-//! With `kept` = 0.9 and unit costs this is u = 0.9 P u away from the goals, a random walk with restart seen from the
-//! other end. −ln u behaves like a distance (Varadhan), but one that knows of all ways rather than of the shortest
-//! alone: between two passages of equal length the wider one looks nearer.
+//! Where every choice has one outcome and every step costs r̄, u = e^{V/τ} obeys u_i = kept · mean_j u_j: heat that flows from the ends and of which each
+//! step keeps a part. τ ln u behaves like a distance (Varadhan), but one that knows of all ways rather than of the shortest
+//! alone: between two passages of equal length the wider one looks nearer, and a ledge beside an abyss looks worse than a road.
 
-use super::fit_context::{FitContext, GraphPotential};
-use super::grounded::GroundedSolution;
-use super::linearly_solvable::LinearlySolvableMdp;
+use super::return_context::{ReturnContext, ReturnPotential};
+use super::soft_bellman::SoftBellman;
 use super::{PotentialFit, ShapingError};
 use serde::{Deserialize, Serialize};
 
@@ -19,20 +18,31 @@ use serde::{Deserialize, Serialize};
 pub struct HeatPotential {
     /// The part of the heat that a typical step keeps, between 0 and 1.
     pub kept: f64,
-    /// Range of φ ÷ cost of the longest known way.
+    /// φ ÷ V.
     pub scale_factor: f64,
 }
 
-impl GraphPotential for HeatPotential {
-    fn fit_in(&mut self, context: &FitContext<'_>) -> Result<PotentialFit, ShapingError> {
-        let per_step = -libm::log(self.kept);
-        let q: Vec<f64> = context.problem.costs.iter().map(|c| c * per_step).collect();
-        let mut mdp = LinearlySolvableMdp::new(&context.problem.chain);
-        let solution = GroundedSolution::new(context.problem, &mut mdp, &q, None);
-        let fit = PotentialFit::checked(context.problem.potential(&solution.v, self.scale_factor))?;
-        Ok(PotentialFit {
-            solve: Some(solution.statistics),
-            ..fit
-        })
+impl ReturnPotential for HeatPotential {
+    fn fit_to_returns(
+        &mut self,
+        context: &ReturnContext<'_>,
+    ) -> Result<PotentialFit, ShapingError> {
+        fit_at(-1.0 / libm::log(self.kept), self.scale_factor, context)
     }
+}
+
+/// φ at a temperature of `tau` typical steps everywhere.
+pub(super) fn fit_at(
+    tau: f64,
+    factor: f64,
+    context: &ReturnContext<'_>,
+) -> Result<PotentialFit, ShapingError> {
+    let model = context.model;
+    let mut solver = SoftBellman::new(&model.process);
+    let (v, statistics) = solver.solve_cold(&model.temperatures(tau), model.tolerance());
+    let phi: Vec<f64> = v.iter().map(|v| factor * v).collect();
+    Ok(PotentialFit {
+        solve: Some(statistics),
+        ..PotentialFit::checked(model.process.scatter(&phi))?
+    })
 }

@@ -26,12 +26,12 @@
 //!
 //! | kind | φ |
 //! |---|---|
-//! | [`gcn`](LearnedCostPotential) | a GCN sets the local cost of a linearly solvable MDP; no false maxima for any weights |
+//! | [`gcn`](LearnedTemperaturePotential) | the soft value of the learnt model at temperatures that a GCN sets from the returns of the agent; no false maxima for any weights |
 //! | [`report`](ClassProbabilityPotential) | the GCN's probability of the rewarding class (eq. 5) |
-//! | [`heat`](HeatPotential) | the same with a fixed cost: the control without learning |
-//! | [`dr`](DefaultRepresentationPotential) | λ ln z of the default representation: `heat` with another λ and another price of poorer goals |
+//! | [`heat`](HeatPotential) | the same at a fixed temperature: the control without learning |
+//! | [`dr`](DefaultRepresentationPotential) | λ ln z of the default representation |
 //! | [`sr`](SuccessorPotential) | expected discounted visits of the goal: a column of the successor representation |
-//! | [`hops`](HopsPotential) | directed hop distance to the nearest goal on the visited graph |
+//! | [`hops`](HopsPotential) | the value of the learnt model's optimal policy: the same at temperature 0 |
 //! | [`oracle`](OraclePotential) | distance on the true map, which no agent has: the upper yardstick |
 //! | [`negated-oracle`](NegatedOraclePotential) | the opposite of the oracle's: hostile |
 //! | [`random`](RandomPotential) | a number drawn for each state |
@@ -49,18 +49,19 @@
 mod absorbing_chain;
 mod any;
 mod class_probability;
-mod controlled_walk;
 mod cost_to_go;
+mod decision_process;
 mod default_representation;
+mod false_maxima;
 mod features;
 mod fit_context;
 #[cfg(test)]
 mod fixtures;
 mod given;
-mod grounded;
 mod heat;
 mod hops;
-mod learned_cost;
+mod learned_temperature;
+mod learnt_model;
 mod linearly_solvable;
 mod negated_oracle;
 mod network;
@@ -69,8 +70,10 @@ mod oracle;
 mod params;
 mod potential;
 mod random;
+mod return_context;
 mod shaper;
 mod shortest_path;
+mod soft_bellman;
 mod successor;
 mod told;
 mod transition_matrix;
@@ -78,22 +81,25 @@ mod transition_matrix;
 pub use absorbing_chain::AbsorbingChain;
 pub use any::{AnyPotential, build_potential};
 pub use class_probability::ClassProbabilityPotential;
-pub use controlled_walk::ControlledWalk;
+pub use decision_process::DecisionProcess;
 pub use default_representation::DefaultRepresentationPotential;
+pub(crate) use false_maxima::false_maxima;
 pub use fit_context::{FitContext, GraphPotential};
 pub use given::GivenPotential;
 pub use heat::HeatPotential;
 pub use hops::HopsPotential;
-pub use learned_cost::LearnedCostPotential;
-pub use linearly_solvable::{LinearlySolvableMdp, SolveStatistics};
+pub use learned_temperature::LearnedTemperaturePotential;
+pub use learnt_model::LearntModel;
 pub use negated_oracle::NegatedOraclePotential;
 pub use on_graph::potential_on_graph;
 pub use oracle::OraclePotential;
 pub use params::{PotentialKind, ScaleMode, ShapingParams};
 pub use potential::{PotentialTable, spurious_maxima};
 pub use random::RandomPotential;
+pub use return_context::{ReturnContext, ReturnPotential};
 pub use shaper::RewardShaper;
 pub use shortest_path::ShortestPathProblem;
+pub use soft_bellman::{SoftBellman, SolveStatistics};
 pub use successor::SuccessorPotential;
 pub use transition_matrix::TransitionMatrix;
 
@@ -104,7 +110,7 @@ use serde::{Deserialize, Serialize};
 
 /// A function of states that shapes the reward.
 pub trait Potential {
-    /// φ(state), in units of return; finite. The potentials on the scale of the return are 0 at the best goal.
+    /// φ(state), in units of return; finite; 0 where episodes end.
     fn value(&self, state: StateId) -> f64;
 }
 
@@ -124,12 +130,30 @@ pub struct PotentialInputs<'a> {
     pub graph: &'a TransitionGraph,
     /// Compact copy of `graph.adjacency()`, taken once per refresh: as many rows as the graph has states.
     pub adjacency: &'a SymmetricCsr,
-    /// The goals seen so far, without duplicates. While there is none φ is 0, but for the kinds that are told about states.
+    /// The goals seen so far, without duplicates: ends worth seeking.
     pub goals: &'a [Goal],
+    /// By state: whether episodes end there, as goals or otherwise. Shorter if the last ones are none; goals are ends in any case.
+    pub ends: &'a [bool],
+    /// Returns that the agent has had, at most one a state, ascending.
+    pub returns: &'a [(StateId, f64)],
+    /// γ.
+    pub gamma: f64,
     /// (state, 1 if it ended a trajectory as a rewarding state else 0), section 4.1 of the paper.
     pub labels: &'a [(StateId, usize)],
     /// Proto-value functions, n × k, scaled by √n, aligned; may have fewer rows than the graph has states.
     pub features: MatRef<'a, f64>,
+}
+
+impl PotentialInputs<'_> {
+    /// By state: whether it is an end.
+    fn all_ends(&self) -> Vec<bool> {
+        let mut ends = self.ends.to_vec();
+        ends.resize(self.graph.num_states(), false);
+        self.goals
+            .iter()
+            .for_each(|goal| ends[goal.state.index()] = true);
+        ends
+    }
 }
 
 /// φ of every state known when it was fitted.
@@ -139,7 +163,7 @@ pub struct PotentialFit {
     pub values: Vec<f64>,
     /// Epochs and losses of the GCN's training; `None` for potentials without learning.
     pub fit: Option<crate::gcn::FitStatistics>,
-    /// Cost and accuracy of the solve of the linearly solvable MDP; `None` for potentials without one.
+    /// Cost and accuracy of the solve of the Bellman equation; `None` for potentials without one.
     pub solve: Option<SolveStatistics>,
 }
 

@@ -14,18 +14,18 @@ const MAX_SCALE_FACTOR: f64 = 1e6;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PotentialKind {
-    /// A GCN sets the local cost of a diffusion (the default).
+    /// The soft value of the learnt model, with temperatures set by a GCN (the default).
     #[default]
     Gcn,
     /// The GCN's probability of the rewarding class, as in the source paper.
     Report,
-    /// A diffusion with fixed cost.
+    /// The same at a fixed temperature.
     Heat,
-    /// The value of the linearly solvable process, from the default representation.
+    /// The value of a linearly solvable process, from the default representation.
     Dr,
     /// Expected discounted visits of the goal, from the successor representation.
     Sr,
-    /// Hop distance on the visited graph.
+    /// The value of the learnt model's optimal policy.
     Hops,
     /// Distance on the true map.
     Oracle,
@@ -99,15 +99,15 @@ pub struct ShapingParams {
     pub potential: PotentialKind,
     /// Units of φ: `return` or `raw` (as the model puts it out, only for `report`, `dr` and `sr`).
     pub scale: ScaleMode,
-    /// Range of φ ÷ cost of the longest known way to a goal; at most 1e6.
+    /// Factor of φ, at most 1e6. At 1 `gcn`, `heat` and `hops` are the return-to-go itself; with `scale = "return"` the others reach from 0 to
+    /// what the longest known way to a goal costs.
     pub scale_factor: f64,
     /// Weight of the shaped TD error against the plain one, 0 to 1 (α of Klissarov & Precup 2020).
     pub mix: f64,
-    /// `gcn`: diffusion cost of one typical step, in nats, before the network has learnt anything. `dr`: 1/λ, with λ in typical
-    /// steps.
+    /// `gcn`: temperature before the network has learnt anything, in typical steps. `dr`: λ, in the same.
     pub temperature: f64,
-    /// `gcn`: the network may scale a local cost by e^±this.
-    pub log_cost_clip: f64,
+    /// `gcn`: the network may scale a temperature by e^±this.
+    pub log_temperature_clip: f64,
     /// `gcn`: states drawn as labels at each fit, 1 to 1 000 000.
     pub num_labels: usize,
     /// `gcn`: at most so many epochs, up to 1 000 000, when the network is trained for the first time.
@@ -115,10 +115,10 @@ pub struct ShapingParams {
     /// `gcn`: at most so many when it is trained again.
     pub warm_epochs: usize,
     /// `gcn`: training ends, or does not even begin, when the loss is at most this: the mean square of the relative
-    /// error in the shape of the cost-to-go. 0: every epoch is taken.
+    /// error of the returns. 0: every epoch is taken.
     pub fit_tolerance: f64,
     /// `gcn`: weight of the smoothness loss zᵀLz, divided by the number of edges.
-    pub cost_smoothness: f64,
+    pub smoothness: f64,
     /// `heat`: the part of the heat that a typical step keeps, between 0 and 1.
     pub heat_kept: f64,
     /// `file`: a CSV file of φ with the columns row,col,potential, or name,potential where states have names; as `export` writes
@@ -132,15 +132,15 @@ impl Default for ShapingParams {
         Self {
             potential: PotentialKind::default(),
             scale: ScaleMode::default(),
-            scale_factor: 4.0,
+            scale_factor: 1.0,
             mix: 1.0,
-            temperature: 0.7,
-            log_cost_clip: 1.5,
+            temperature: 0.5,
+            log_temperature_clip: 1.5,
             num_labels: 256,
             cold_epochs: 150,
             warm_epochs: 20,
             fit_tolerance: 2e-4,
-            cost_smoothness: 3.0,
+            smoothness: 3.0,
             heat_kept: 0.9,
             file: None,
         }
@@ -168,19 +168,14 @@ impl ShapingParams {
         // Below this a solve takes thousands of sweeps on a large map.
         let rule = "between 0.001 and 100";
         within("temperature", self.temperature, 1e-3..=100.0, rule)?;
-        let clip = self.log_cost_clip;
-        within("log_cost_clip", clip, 0.0..=3.0, "between 0 and 3")?;
+        let clip = self.log_temperature_clip;
+        within("log_temperature_clip", clip, 0.0..=3.0, "between 0 and 3")?;
         section.count("num_labels", self.num_labels, 1..=MOST)?;
         section.count("cold_epochs", self.cold_epochs, ..=MOST)?;
         section.count("warm_epochs", self.warm_epochs, ..=MOST)?;
         let rule = "0 or a positive number";
         within("fit_tolerance", self.fit_tolerance, 0.0..=f64::MAX, rule)?;
-        within(
-            "cost_smoothness",
-            self.cost_smoothness,
-            0.0..=f64::MAX,
-            rule,
-        )?;
+        within("smoothness", self.smoothness, 0.0..=f64::MAX, rule)?;
         let rule = "between 0.000001 and 0.999";
         within("heat_kept", self.heat_kept, 1e-6..=0.999, rule)?;
         self.check_file()

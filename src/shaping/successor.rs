@@ -16,7 +16,7 @@
 //! exploration with the successor representation*, AAAI 2020, for exploration).
 
 use super::fit_context::{FitContext, GraphPotential};
-use super::linearly_solvable::LinearlySolvableMdp;
+use super::linearly_solvable::solve_linearly_solvable;
 use super::params::ScaleMode;
 use super::{PotentialFit, ShapingError};
 use serde::{Deserialize, Serialize};
@@ -42,8 +42,8 @@ impl GraphPotential for SuccessorPotential {
         let problem = context.problem;
         let per_step = -libm::log(DISCOUNT);
         let q = vec![per_step; problem.chain.len()];
-        let mut v: Vec<f64> = problem.forgone().iter().map(|d| d * per_step).collect();
-        let statistics = LinearlySolvableMdp::new(&problem.chain).solve_cold(&q, &mut v, TOL);
+        let ends: Vec<f64> = problem.forgone().iter().map(|d| d * per_step).collect();
+        let (v, statistics) = solve_linearly_solvable(&problem.chain, &q, &ends, TOL);
         let missed: Vec<f64> = v.iter().map(|v| -libm::expm1(-v)).collect();
         let values = match self.scale {
             ScaleMode::Return => problem.potential(&missed, self.scale_factor),

@@ -1,4 +1,4 @@
-//! Facts about each potential: no false maxima, the way down leads to a goal, shift and scale, moves that exist.
+//! Facts about each potential: no false maxima, the way up leads to a goal, what it is worth in numbers, moves that exist.
 
 use eigentrail::env::Action;
 use eigentrail::gcn::GcnParams;
@@ -21,17 +21,34 @@ const DEPENDABLE: [PotentialKind; 5] = [
     PotentialKind::Hops,
 ];
 
-/// Those of them that behave like a distance, of goals of different worth and on any weights: `dr` counts what a goal forgoes at
-/// face value, and `sr` is flat but for rounding where hardly a walk arrives.
-const DISTANCES: [PotentialKind; 3] =
-    [PotentialKind::Gcn, PotentialKind::Heat, PotentialKind::Hops];
+/// Those of them that are returns on the learnt model.
+const RETURNS: [PotentialKind; 3] = [PotentialKind::Gcn, PotentialKind::Heat, PotentialKind::Hops];
 
-/// φ is computed to a Bellman residual of 1e-5 nats, and a residual that is the same everywhere scales out.
-const TOL: f64 = 1e-5;
+/// Those that are made of ways to goals, and stretched to the longest one.
+const STRETCHED: [PotentialKind; 2] = [PotentialKind::Dr, PotentialKind::Sr];
+
+/// φ is computed to a Bellman residual of 1e-5 of a step.
+const TOL: f64 = 1e-4;
+
+/// What that residual may come to, along a way for ever.
+fn tolerance(g: f64) -> f64 {
+    2.0 * 1e-5 / (1.0 - g)
+}
+
+/// g of a world of `n` states.
+fn discount(gamma: f64, n: usize) -> f64 {
+    gamma * (1.0 - 1.0 / (10.0 * n as f64))
+}
+
+/// Return of `steps` steps of reward 1 each; for ever from ∞ on.
+fn sum_of(g: f64, steps: f64) -> f64 {
+    (1.0 - g.powf(steps)) / (1.0 - g)
+}
 
 // ---- maps -------------------------------------------------------------------------------------------------------
 
-/// An ASCII map: `#` wall, `G` goal, `^ v < >` a cell that can only be left that way, `~` a slow cell, the rest free.
+/// An ASCII map: `#` wall, `G` goal, `X` an end that is none, `^ v < >` a cell that can only be left that way, `~` a slow cell, the rest
+/// free.
 struct Map {
     columns: usize,
     cells: Vec<char>,
@@ -120,37 +137,60 @@ impl Map {
         SymmetricCsr::new(triplets.to_csr()).unwrap()
     }
 
-    /// Every action of every state but the goals tried once, for which `tried(state, action)`.
+    fn is_end(&self, cell: usize) -> bool {
+        matches!(self.cells[cell], 'G' | 'X')
+    }
+
+    /// Every action of every state but ends tried once, for which `tried(state, action)`.
     fn explored(&self, reward: f64, tried: impl Fn(u32, usize) -> bool) -> World {
+        self.explored_with(reward, |_| 0.0, 0, tried)
+    }
+
+    /// The same, where entering an end pays what `pay` says on top of the step, and of ten tries of an action so many slip to either side.
+    fn explored_with(
+        &self,
+        reward: f64,
+        pay: impl Fn(u32) -> f64,
+        slips: usize,
+        tried: impl Fn(u32, usize) -> bool,
+    ) -> World {
         let mut graph = TransitionGraph::new(4);
         (0..self.num_states()).for_each(|_| {
             graph.add_state();
         });
         for (cell, state) in self.states.iter().enumerate() {
             let Some(state) = *state else { continue };
-            for action in (0..4).filter(|&a| self.cells[cell] != 'G' && tried(state, a)) {
-                let next = self.target(cell, action);
+            for action in (0..4).filter(|&a| !self.is_end(cell) && tried(state, a)) {
                 let slow = if self.cells[cell] == '~' { 5.0 } else { 1.0 };
-                let terminal = self.cells[next] == 'G';
-                graph.record(
-                    StateId(state),
-                    Action(action as u16),
-                    reward * slow,
-                    StateId(self.states[next].unwrap()),
-                    terminal,
-                );
+                let aside = [(action + 1) % 4, (action + 3) % 4];
+                let slipped = aside
+                    .into_iter()
+                    .flat_map(|way| std::iter::repeat_n(way, slips));
+                let tries = if slips == 0 { 1 } else { 10 - 2 * slips };
+                for way in std::iter::repeat_n(action, tries).chain(slipped) {
+                    let next = self.target(cell, way);
+                    let (ends, to) = (self.is_end(next), self.states[next].unwrap());
+                    let reward = reward * slow + if ends { pay(to) } else { 0.0 };
+                    graph.record(
+                        StateId(state),
+                        Action(action as u16),
+                        reward,
+                        StateId(to),
+                        ends,
+                    );
+                }
             }
         }
+        let goal = |state: StateId| Goal {
+            state,
+            reward: reward + pay(state.0),
+        };
+        let cells = (0..self.cells.len()).filter(|&cell| self.states[cell].is_some());
         World {
             graph,
-            goals: self
-                .goals()
-                .iter()
-                .map(|&s| Goal {
-                    state: s,
-                    reward: 0.0,
-                })
-                .collect(),
+            goals: self.goals().into_iter().map(goal).collect(),
+            ends: cells.map(|cell| self.is_end(cell)).collect(),
+            gamma: 1.0,
         }
     }
 
@@ -162,20 +202,35 @@ impl Map {
 struct World {
     graph: TransitionGraph,
     goals: Vec<Goal>,
+    ends: Vec<bool>,
+    gamma: f64,
 }
 
 impl World {
+    /// The agent has come within a tenth of the best returns.
     fn with<T>(&self, use_inputs: impl FnOnce(&PotentialInputs<'_>) -> T) -> T {
         let adjacency = self.graph.adjacency().to_csr();
         let features = features(self.graph.num_states());
         let labels: Vec<_> = self.goals.iter().map(|g| (g.state, 1)).collect();
-        use_inputs(&PotentialInputs {
+        let mut inputs = PotentialInputs {
             graph: &self.graph,
             adjacency: &adjacency,
             goals: &self.goals,
+            ends: &self.ends,
+            returns: &[],
+            gamma: self.gamma,
             labels: &labels,
             features: features.as_ref(),
-        })
+        };
+        let best = build_with(PotentialKind::Hops, &ShapingParams::default()).fit(&inputs);
+        let values = best.map(|fit| fit.values).unwrap_or_default();
+        let states = (0..).map(StateId).zip(values);
+        let returns: Vec<_> = states
+            .filter(|(state, _)| self.ends.get(state.index()) != Some(&true))
+            .map(|(state, value)| (state, value - 0.1 * value.abs()))
+            .collect();
+        inputs.returns = &returns;
+        use_inputs(&inputs)
     }
 
     fn fit(&self, kind: PotentialKind) -> PotentialFit {
@@ -187,7 +242,7 @@ impl World {
     }
 }
 
-/// Parameters under which φ ranges over twice the eccentricity.
+/// Parameters under which φ is twice a return.
 fn twice() -> ShapingParams {
     ShapingParams {
         scale_factor: 2.0,
@@ -196,9 +251,13 @@ fn twice() -> ShapingParams {
 }
 
 fn build(kind: PotentialKind) -> AnyPotential {
+    build_with(kind, &twice())
+}
+
+fn build_with(kind: PotentialKind, shaping: &ShapingParams) -> AnyPotential {
     let shaping = ShapingParams {
         potential: kind,
-        ..twice()
+        ..shaping.clone()
     };
     build_potential(&shaping, &GcnParams::default(), 1)
 }
@@ -297,7 +356,7 @@ fn dependable_kinds_have_no_false_maximum_and_lead_to_a_goal() {
 }
 
 #[test]
-fn goals_have_zero_and_the_range_is_twice_the_eccentricity() {
+fn goals_have_zero_and_others_less() {
     // Steps from the farthest cell to the nearest goal.
     let eccentricities = [18.0, 21.0, 8.0, 9.0, 59.0];
     for ((name, map), eccentricity) in maps().into_iter().zip(eccentricities) {
@@ -312,9 +371,27 @@ fn goals_have_zero_and_the_range_is_twice_the_eccentricity() {
             let others = (0..phi.len()).filter(|&i| !map.goals().contains(&StateId(i as u32)));
             assert!(others.into_iter().all(|i| phi[i] < 0.0), "{kind} on {name}");
             let lowest = phi.iter().copied().fold(0.0, f64::min);
+            if STRETCHED.contains(&kind) {
+                let error = lowest + 2.0 * eccentricity;
+                assert!(error.abs() < TOL, "{kind} on {name}: {lowest}");
+            }
+        }
+    }
+}
+
+/// The warmer, the less: `heat` is warmer than `gcn` may become, and `hops` has no temperature.
+#[test]
+fn temperature_costs() {
+    for (name, map) in maps() {
+        let [gcn, heat, hops] = RETURNS.map(|kind| {
+            on_graph(&map.adjacency(), &map.goals(), kind)
+                .unwrap()
+                .values
+        });
+        for i in 0..hops.len() {
             assert!(
-                (lowest + 2.0 * eccentricity).abs() < TOL,
-                "{kind} on {name}: {lowest}"
+                heat[i] <= gcn[i] + TOL && gcn[i] <= hops[i] + TOL,
+                "{name}, state {i}"
             );
         }
     }
@@ -326,20 +403,18 @@ fn hops_are_two_per_step() {
     let phi = on_graph(&map.adjacency(), &map.goals(), PotentialKind::Hops)
         .unwrap()
         .values;
+    let g = discount(1.0, 20);
     for (i, phi) in phi.iter().enumerate() {
-        assert_eq!(*phi, -2.0 * (i / 5 + i % 5) as f64);
+        let steps = (i / 5 + i % 5) as f64;
+        assert!((phi + 2.0 * sum_of(g, steps)).abs() < TOL, "{i}: {phi}");
+        assert!(-2.0 * steps <= *phi && *phi <= -2.0 * steps * (1.0 - steps / 400.0));
     }
 }
 
 #[test]
 fn the_scale_factor_multiplies() {
     let map = Map::open(6, 6, &[0]);
-    for kind in [
-        PotentialKind::Gcn,
-        PotentialKind::Report,
-        PotentialKind::Heat,
-        PotentialKind::Hops,
-    ] {
+    for kind in DEPENDABLE.into_iter().chain([PotentialKind::Report]) {
         let phi = |scale_factor| {
             let shaping = ShapingParams {
                 scale_factor,
@@ -381,12 +456,7 @@ fn the_reports_potential_is_the_probability_of_the_rewarding_class() {
 #[test]
 fn what_cannot_reach_a_goal_has_the_lowest_finite_value() {
     let map = Map::new("G..#... ...#...");
-    for kind in [
-        PotentialKind::Gcn,
-        PotentialKind::Report,
-        PotentialKind::Heat,
-        PotentialKind::Hops,
-    ] {
+    for kind in DEPENDABLE.into_iter().chain([PotentialKind::Report]) {
         let phi = on_graph(&map.adjacency(), &map.goals(), kind)
             .unwrap()
             .values;
@@ -395,8 +465,19 @@ fn what_cannot_reach_a_goal_has_the_lowest_finite_value() {
             .iter()
             .map(|&i| phi[i])
             .fold(f64::INFINITY, f64::min);
+        // A return of steps for ever, or the lowest of what can reach one.
+        let expected = match RETURNS.contains(&kind) {
+            true => -2.0 * sum_of(discount(1.0, 12), f64::INFINITY),
+            false => lowest,
+        };
+        assert!(expected <= lowest, "{kind}");
         for i in (0..12).filter(|i| !reached.contains(i)) {
-            assert_eq!(phi[i], lowest, "{kind}, state {i}");
+            let error = (phi[i] - expected).abs();
+            assert!(
+                error < tolerance(discount(1.0, 12)),
+                "{kind}, state {i}: {}",
+                phi[i]
+            );
         }
     }
 }
@@ -409,11 +490,25 @@ fn graphs_of_goals_alone_are_flat() {
             on_graph(&single, &[StateId(0)], kind).unwrap().values,
             [0.0]
         );
+        let all = Map::new("GGG GGG");
+        let phi = on_graph(&all.adjacency(), &all.goals(), kind)
+            .unwrap()
+            .values;
+        assert_eq!(phi, [0.0; 6], "{kind}");
+        // Those beside it stay where they are, for ever or as if that were nothing.
         let isolated = Adjacency::with_nodes(3).to_csr();
-        assert_eq!(
-            on_graph(&isolated, &[StateId(1)], kind).unwrap().values,
-            [0.0; 3]
-        );
+        let stay = match RETURNS.contains(&kind) {
+            true => -2.0 * 30.0,
+            false => 0.0,
+        };
+        for (phi, expected) in on_graph(&isolated, &[StateId(1)], kind)
+            .unwrap()
+            .values
+            .iter()
+            .zip([stay, 0.0, stay])
+        {
+            assert!((phi - expected).abs() < 1e-9, "{kind}: {phi}");
+        }
     }
 }
 
@@ -472,7 +567,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
     fn no_weights_make_a_false_maximum(adjacency in any_weighted_graph(), goal in 0_u32..2) {
-        for kind in DISTANCES {
+        for kind in RETURNS {
             let goals = [StateId(goal)];
             let phi = on_graph(&adjacency, &goals, kind).unwrap().values;
             prop_assert!(phi.iter().all(|v| v.is_finite()));
@@ -483,7 +578,7 @@ proptest! {
 
 // ---- in an explored world ---------------------------------------------------------------------------------------
 
-/// Bumps into walls are left out of P, so a fully explored grid is its graph.
+/// Bumps into walls are left out, so a fully explored grid is its graph.
 #[test]
 fn a_fully_explored_grid_equals_its_graph() {
     for (name, map) in maps() {
@@ -532,11 +627,12 @@ fn one_way_moves_are_respected() {
             assert!(phi[pair[0]] < phi[pair[1]], "{kind}: {phi:?}");
         }
         assert_eq!(world.chain().spurious_maxima(&phi), [], "{kind}");
-        assert!(
-            (phi[4] + 18.0).abs() < TOL,
-            "{kind}: twice nine steps, not {}",
-            phi[4]
-        );
+        // Nine steps, whatever the temperature: there is no choice.
+        let steps = match STRETCHED.contains(&kind) {
+            true => 9.0,
+            false => sum_of(discount(1.0, 10), 9.0),
+        };
+        assert!((phi[4] + 2.0 * steps).abs() < TOL, "{kind}: {}", phi[4]);
     }
 }
 
@@ -547,9 +643,18 @@ fn a_trap_without_return_has_the_lowest_value() {
     let world = map.fully_explored();
     for kind in DEPENDABLE {
         let phi = world.fit(kind).values;
-        let lowest = phi.iter().copied().fold(0.0, f64::min);
-        assert!(phi[4..].iter().all(|&p| p == lowest), "{kind}: {phi:?}");
-        assert_eq!(phi[3], lowest, "the farthest state that can still return");
+        let lowest = match STRETCHED.contains(&kind) {
+            true => phi[3],
+            false => -2.0 * 70.0,
+        };
+        assert!(
+            phi[4..].iter().all(|p| (p - lowest).abs() < 1e-3),
+            "{kind}: {phi:?}"
+        );
+        assert!(
+            phi[..4].is_sorted_by(|a, b| a > b) && phi[3] >= lowest,
+            "{kind}: {phi:?}"
+        );
         assert_eq!(world.chain().spurious_maxima(&phi), [], "{kind}");
     }
 }
@@ -565,7 +670,7 @@ fn slow_cells_are_far_away() {
          .~~~~~.",
     );
     let world = map.fully_explored();
-    for kind in [PotentialKind::Gcn, PotentialKind::Heat] {
+    for kind in RETURNS {
         let phi = world.fit(kind).values;
         let (upper, middle, lower) = (8, 10, 12);
         assert!(
@@ -574,22 +679,183 @@ fn slow_cells_are_far_away() {
         );
         assert_eq!(world.chain().spurious_maxima(&phi), []);
     }
+    let g = discount(1.0, map.num_states());
     let hops = world.fit(PotentialKind::Hops).values;
-    assert_eq!(hops[8], hops[12], "hops know no costs");
+    for (state, expected) in [
+        (8, sum_of(g, 9.0)),
+        (12, sum_of(g, 11.0)),
+        // Through the first two slow cells, and two steps on.
+        (14, 5.0 + g * sum_of(g, 2.0)),
+        (15, 5.0 * (1.0 + g) + g * g * sum_of(g, 2.0)),
+    ] {
+        assert!(
+            (hops[state] + 2.0 * expected).abs() < TOL,
+            "{state}: {}",
+            hops[state]
+        );
+    }
 }
 
 #[test]
-fn a_poorer_goal_lies_lower_by_what_it_forgoes() {
+fn a_poorer_goal_attracts_less() {
     let map = Map::open(1, 41, &[0, 40]);
-    let mut world = map.fully_explored();
-    world.goals[1].reward = -10.0;
-    for kind in DISTANCES {
+    let world = map.explored_with(
+        -1.0,
+        |goal| if goal == 40 { -10.0 } else { 0.0 },
+        0,
+        |_, _| true,
+    );
+    for kind in RETURNS {
+        let phi = world.fit(kind).values;
+        assert_eq!((phi[0], phi[40]), (0.0, 0.0), "nothing follows an end");
+        // 25 steps to the first one cost as much as 15 and 10 more. At temperature T a step costs T arcosh e^{1/T}, which is 4.4 for `heat`
+        // and 1 to 2.2 for `gcn`, and 10 are so many fewer of them.
+        let watershed = (1..40).min_by(|&a, &b| phi[a].total_cmp(&phi[b])).unwrap();
+        let expected = match kind {
+            PotentialKind::Hops => 25..=25,
+            PotentialKind::Heat => 21..=22,
+            _ => 22..=25,
+        };
+        assert!(expected.contains(&watershed), "{kind}: {watershed}");
+        // At a temperature somewhat more, for what is far is discounted a little.
+        let error = (phi[39] - phi[1] + 2.0 * 10.0).abs();
+        let most = if kind == PotentialKind::Hops {
+            TOL
+        } else {
+            0.5
+        };
+        assert!(error < most, "{kind}: {} {}", phi[39], phi[1]);
+    }
+}
+
+/// Ends that cost repel, whatever the kind of return; and all kinds are 0 there.
+#[test]
+fn ends_that_cost_repel() {
+    let map = Map::new(
+        "..X...
+         ......
+         ..X..G",
+    );
+    let pit = |end: u32| if end == 17 { 0.0 } else { -30.0 };
+    let world = map.explored_with(-1.0, pit, 0, |_, _| true);
+    for kind in PotentialKind::ALL {
+        let mut potential = build(kind);
+        (0..18).for_each(|s| potential.tell(StateId(s), 3.0));
+        let phi = world.with(|inputs| potential.fit(inputs)).unwrap().values;
+        assert_eq!([phi[2], phi[14], phi[17]], [0.0; 3], "{kind}");
+    }
+    let g = discount(1.0, 18);
+    let hops = world.fit(PotentialKind::Hops).values;
+    // Round the pits and not into them: they do not pay.
+    assert!((hops[1] + 2.0 * sum_of(g, 6.0)).abs() < TOL, "{hops:?}");
+    let heat = world.fit(PotentialKind::Heat).values;
+    let safe = Map::new("...... ...... .....G")
+        .fully_explored()
+        .fit(PotentialKind::Heat)
+        .values;
+    // Before the gate more than past it.
+    let loss = |s: usize| safe[s] - heat[s];
+    for (before, past) in [(1, 4), (7, 10), (13, 16)] {
+        assert!(
+            loss(before) > 3.0 * loss(past) && loss(past) > 0.0,
+            "{heat:?}"
+        );
+    }
+    // A pit that costs less than the way is an end worth seeking, though it is no goal.
+    let cheap = map.explored_with(
+        -1.0,
+        |end| if end == 17 { 0.0 } else { -2.0 },
+        0,
+        |_, _| true,
+    );
+    let hops = cheap.fit(PotentialKind::Hops).values;
+    assert!((hops[1] + 2.0 * 3.0).abs() < TOL, "{hops:?}");
+}
+
+/// A goal that pays: φ is positive and rises towards it, but 0 there.
+#[test]
+fn ends_that_pay_attract() {
+    let map = Map::open(1, 9, &[0]);
+    let mut world = map.explored_with(0.0, |_| 3.0, 0, |_, _| true);
+    world.gamma = 0.9;
+    let g = discount(0.9, 9);
+    for kind in RETURNS {
         let phi = world.fit(kind).values;
         assert_eq!(phi[0], 0.0);
-        // Range 2 per step of the longest way: 25 steps to either goal, 10 of them forgone at the second.
-        assert!((phi[40] + 20.0).abs() < 0.1, "{kind}: {}", phi[40]);
-        let watershed = (1..40).min_by(|&a, &b| phi[a].total_cmp(&phi[b])).unwrap();
-        assert!((24..=26).contains(&watershed), "{kind}: {watershed}");
+        assert!(phi[1..].is_sorted_by(|a, b| a > b), "{kind}: {phi:?}");
+        if kind == PotentialKind::Hops {
+            for steps in 1..9 {
+                let expected = 2.0 * 3.0 * g.powi(steps - 1);
+                assert!((phi[steps as usize] - expected).abs() < TOL, "{phi:?}");
+            }
+        }
+    }
+}
+
+/// The shortest way leads along a ledge. Who never slips takes it; who slips had better keep away.
+#[test]
+fn a_ledge_is_worth_less_to_who_slips() {
+    let map = Map::new(
+        "........
+         ........
+         ........
+         .XXXXXXG",
+    );
+    let pit = |end: u32| if end == 31 { 0.0 } else { -100.0 };
+    for kind in RETURNS {
+        let slipping = map
+            .explored_with(-1.0, pit, 1, |_, _| true)
+            .fit(kind)
+            .values;
+        let (above, ledge) = (8 + 3, 16 + 3);
+        let sure = map
+            .explored_with(-1.0, pit, 0, |_, _| true)
+            .fit(kind)
+            .values;
+        let wall = Map::new("........ ........ ........ .######G");
+        let wall = wall.fully_explored().fit(kind).values;
+        assert!(
+            wall[ledge] > wall[above],
+            "{kind}: without pits it is nearer"
+        );
+        assert!(
+            sure[ledge] > sure[above] || kind == PotentialKind::Heat,
+            "{kind}: {sure:?}"
+        );
+        assert!(slipping[ledge] < slipping[above], "{kind}: {slipping:?}");
+    }
+}
+
+/// Moved ends: where one was, there is a state like others.
+#[test]
+fn an_end_that_is_none_any_more_counts_as_a_state() {
+    let map = Map::open(1, 7, &[0, 6]);
+    let mut world = map.fully_explored();
+    world.ends[6] = false;
+    world.goals.pop();
+    let g = discount(1.0, 7);
+    for kind in RETURNS {
+        let phi = world.fit(kind).values;
+        // Nothing was tried there, and the way back is open.
+        assert!(phi[..].is_sorted_by(|a, b| a > b), "{kind}: {phi:?}");
+        if kind == PotentialKind::Hops {
+            assert!((phi[6] + 2.0 * sum_of(g, 6.0)).abs() < TOL, "{phi:?}");
+        }
+    }
+}
+
+#[test]
+fn the_discount_is_that_of_the_agent() {
+    let map = Map::open(3, 6, &[0]);
+    let mut world = map.fully_explored();
+    world.gamma = 0.8;
+    let phi = world.fit(PotentialKind::Hops).values;
+    for (i, phi) in phi.iter().enumerate() {
+        let expected = -2.0 * sum_of(discount(0.8, 18), (i / 6 + i % 6) as f64);
+        assert!(
+            (phi - expected).abs() < TOL,
+            "{i}: {phi} against {expected}"
+        );
     }
 }
 
@@ -597,22 +863,64 @@ fn a_poorer_goal_lies_lower_by_what_it_forgoes() {
 fn the_scale_is_that_of_the_reward() {
     let map = Map::open(5, 5, &[24]);
     for kind in DEPENDABLE {
+        let unit = map.explored(-1.0, |_, _| true).fit(kind).values;
+        let tenth = map.explored(-0.1, |_, _| true).fit(kind).values;
+        for (unit, tenth) in unit.iter().zip(&tenth) {
+            assert!(
+                (0.1 * unit - tenth).abs() < 0.1 * TOL,
+                "{kind}: {unit} {tenth}"
+            );
+        }
+    }
+    for kind in STRETCHED {
         let lowest = |world: World| world.fit(kind).values.iter().copied().fold(0.0, f64::min);
         assert!((lowest(map.explored(-1.0, |_, _| true)) + 16.0).abs() < TOL);
-        assert!((lowest(map.explored(-0.1, |_, _| true)) + 1.6).abs() < TOL);
         // Nothing a step, 3 at the goal: twice the 3.
-        let mut bonus = map.explored(0.0, |_, _| true);
-        bonus.goals[0].reward = 3.0;
+        let bonus = map.explored_with(0.0, |_| 3.0, 0, |_, _| true);
         assert!((lowest(bonus) + 6.0).abs() < TOL);
     }
 }
 
 #[test]
-fn before_the_first_goal_every_potential_is_flat() {
+fn before_the_first_goal_kinds_made_of_ways_are_flat() {
     let mut world = Map::open(3, 3, &[8]).fully_explored();
-    world.goals.clear();
-    for kind in PotentialKind::ALL {
+    (world.goals.clear(), world.ends.fill(false));
+    let made_of_returns = |kind| build(kind).is_made_of_returns();
+    let kinds = PotentialKind::ALL.into_iter();
+    assert_eq!(
+        kinds.clone().filter(|&kind| made_of_returns(kind)).count(),
+        3
+    );
+    for kind in kinds.filter(|&kind| !made_of_returns(kind)) {
         assert_eq!(world.fit(kind).values, [0.0; 9], "{kind}");
+    }
+    // Steps that cost nothing tell those made of returns nothing either.
+    let mut free = Map::open(3, 3, &[8]).explored(0.0, |_, _| true);
+    (free.goals.clear(), free.ends.fill(false));
+    for kind in RETURNS {
+        let phi = free.fit(kind).values;
+        let small = tolerance(discount(1.0, 9));
+        assert!(phi.iter().all(|phi| phi.abs() < small), "{kind}: {phi:?}");
+    }
+}
+
+/// With bad ends alone on the map, φ is lowest beside them and rises to where something was not tried.
+#[test]
+fn before_the_first_goal_bad_ends_repel_and_the_unknown_attracts() {
+    let map = Map::new("X.......");
+    for step in [-1.0, 0.0] {
+        let world = map.explored_with(step, |_| -20.0, 0, |state, _| state < 7);
+        assert!(world.goals.is_empty());
+        for kind in RETURNS {
+            let phi = world.fit(kind).values;
+            assert_eq!((phi[0], phi[7]), (0.0, 0.0), "{kind}: {phi:?}");
+            let rises = match (step == 0.0, kind) {
+                // The optimal policy loses nothing on the way.
+                (true, PotentialKind::Hops) => phi[1..].iter().all(|phi| phi.abs() < 1e-3),
+                _ => phi[1..].is_sorted_by(|a, b| a < b),
+            };
+            assert!(rises, "{kind}: {phi:?}");
+        }
     }
 }
 
@@ -671,6 +979,8 @@ fn a_given_potential_is_what_was_given() {
     let mut fit = |world: &World| world.with(|inputs| given.fit(inputs)).unwrap().values;
     assert_eq!(fit(&world), [-2.5, 7.0, 0.0, 0.0], "0 at the goal");
     world.goals.clear();
+    assert_eq!(fit(&world), [-2.5, 7.0, 0.0, 0.0], "and at any end");
+    world.ends.clear();
     assert_eq!(fit(&world), [-2.5, 7.0, 0.0, -1.0]);
 }
 
@@ -678,16 +988,18 @@ fn a_given_potential_is_what_was_given() {
 fn rewards_that_are_not_finite_are_an_error() {
     let map = Map::open(2, 3, &[0]);
     let world = map.explored(f64::NAN, |_, _| true);
-    let mut poor = map.fully_explored();
-    poor.goals[0].reward = f64::NEG_INFINITY;
+    let poor = map.explored_with(-1.0, |_| f64::NEG_INFINITY, 0, |_, _| true);
     for kind in DEPENDABLE {
-        let error = world.with(|inputs| build(kind).fit(inputs)).unwrap_err();
-        assert!(
-            error.to_string().contains("is NaN: rewards must be finite"),
-            "{error}"
-        );
-        let error = poor.with(|inputs| build(kind).fit(inputs)).unwrap_err();
-        assert!(error.to_string().contains("state 0 is -inf"), "{error}");
+        let message = |world: &World| {
+            let error = world.with(|inputs| build(kind).fit(inputs)).unwrap_err();
+            error.to_string()
+        };
+        let nan = message(&world);
+        assert!(nan.contains("is NaN: rewards must be finite"), "{nan}");
+        // The goal, or the state beside it.
+        let beside = if STRETCHED.contains(&kind) { 0 } else { 1 };
+        let expected = format!("state {beside} is -inf");
+        assert!(message(&poor).contains(&expected), "{}", message(&poor));
     }
 }
 

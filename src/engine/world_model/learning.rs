@@ -2,6 +2,8 @@
 
 use super::WorldModel;
 use crate::engine::error::PipelineError;
+use crate::engine::goal_statistics::LostEnd;
+use crate::engine::returns::Trajectory;
 use crate::env::{Action, Step, StepStatus};
 use crate::exploration::RecordedStep;
 use crate::graph::StateId;
@@ -71,10 +73,13 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
     #[inline]
     pub(in crate::engine) fn forget_goal(&mut self, state: StateId) -> bool {
-        if !self.goals.forget(state) {
+        let Some(lost) = self.goals.forget(state) else {
+            return false;
+        };
+        self.schedule.invalidate_fit();
+        if lost == LostEnd::Other {
             return false;
         }
-        self.schedule.invalidate_fit();
         if let Some(exploration) = &mut self.exploration {
             exploration.forget_destination(self.graph.transitions(), state);
         }
@@ -83,6 +88,22 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             self.unit = 1.0;
         }
         true
+    }
+
+    /// Takes in the returns of an episode whose last step this was, if anybody learns from them.
+    #[inline]
+    pub(in crate::engine) fn count_returns(
+        &mut self,
+        trajectory: &mut Trajectory,
+        from: StateId,
+        step: &Step<S>,
+    ) {
+        if let Some(returns) = &mut self.returns {
+            trajectory.push(from, step.reward);
+            if step.status.is_last() {
+                returns.take(trajectory, self.gamma, step.status);
+            }
+        }
     }
 
     /// Counts what a step of an episode that began in `start` says of goals and costs.

@@ -30,12 +30,17 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         episode_over: bool,
     ) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
         let now = self.moment();
-        let fit_due = !self.goals.is_empty() && self.schedule.fit_due(now, episode_over);
+        let fit_due = self.is_worth_fitting() && self.schedule.fit_due(now, episode_over);
         let features_due = self.features_due(now);
         match features_due || fit_due {
             true => self.refresh(now, features_due, fit_due).map(Some),
             false => Ok(None),
         }
+    }
+
+    /// φ is 0 before the first goal; one made of returns, before the first end or the first step that paid.
+    fn is_worth_fitting(&self) -> bool {
+        !self.goals.is_empty() || self.model.is_made_of_returns() && self.goals.returns_differ()
     }
 
     /// Apart from the question whether anything is due, which every step asks.
@@ -84,10 +89,15 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     ) -> Result<(), PipelineError> {
         let nothing = Mat::zeros(0, 0);
         let handicaps = self.goals.handicaps();
+        let returns = self.returns.as_ref().map(|returns| returns.means());
+        let returns = returns.unwrap_or_default();
         let inputs = PotentialInputs {
             graph: self.graph.transitions(),
             adjacency,
             goals: self.goals.goals(),
+            ends: self.goals.ends(),
+            returns: &returns,
+            gamma: self.gamma,
             labels: self.goals.labels(),
             features: self
                 .features
@@ -97,7 +107,9 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         let fit = self.model.fit(&inputs)?;
         self.table.replace(&fit)?;
         record.fit = Some(fit);
-        if let Some(exploration) = &mut self.exploration {
+        if let Some(exploration) = &mut self.exploration
+            && !self.goals.is_empty()
+        {
             let destinations: Vec<_> = handicaps
                 .into_iter()
                 .map(|(state, handicap)| Destination { state, handicap })

@@ -1,25 +1,24 @@
-//! The warm start that one fit leaves to the next one, on a graph that has grown meanwhile.
+//! The warm start that one fit leaves to the next one, on a world that has grown meanwhile.
 //!
-//! **v** is kept as v_i / d_i by state, which is nearly the same everywhere and changes little when states are found,
-//! while v itself falls by as much as the whole way when a short cut is. A guess for states that were not there is left
-//! to the solver.
+//! **V** is kept by state; a guess for states that were not there is left to the solver.
 //!
 //! **z** is kept so that the network need not be asked while neither it nor its features have changed: new states take
 //! the mean z of their older neighbours, as they would take the mean of their features.
 
 use crate::graph::SymmetricCsr;
+use crate::shaping::decision_process::DecisionProcess;
 use crate::shaping::features::extended_features;
-use crate::shaping::fit_context::FitContext;
-use crate::shaping::grounded::{GroundedSolution, Guess};
-use crate::shaping::shortest_path::ShortestPathProblem;
+use crate::shaping::return_context::ReturnContext;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-/// Stands for what is not known: a guess of ∞. (JSON has no ∞.)
-const UNKNOWN: f64 = f64::MAX;
-
 /// The network is asked again when the graph has grown by this share since.
 const STALE_GROWTH: f64 = 0.25;
+
+/// A first guess of V by position, NaN where nothing is known.
+pub(super) struct Guess {
+    pub values: Vec<f64>,
+}
 
 /// The network's last output and the last solution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,32 +27,23 @@ pub(super) struct WarmStart {
     output: Vec<f64>,
     /// States, and a fingerprint of the features, when the network was asked.
     asked_at: (usize, u64),
-    /// v ÷ cost-to-go, by state.
-    ratios: Vec<f64>,
-    /// κ of the solution.
-    per_step: f64,
+    /// V by state.
+    values: Vec<f64>,
 }
 
 impl WarmStart {
     /// The warm start that a fit on `context` leaves; `earlier` is what it began with if the network was not asked.
     pub fn new(
-        context: &FitContext<'_>,
+        context: &ReturnContext<'_>,
         output: Vec<f64>,
-        solution: &GroundedSolution,
+        values: Vec<f64>,
         earlier: Option<&Self>,
     ) -> Self {
-        let problem = context.problem;
-        let goals = problem.chain.num_goals();
-        let ratios = solution.v.iter().zip(&problem.distances).enumerate();
-        let ratios: Vec<f64> = ratios
-            .map(|(p, (v, d))| if p < goals { UNKNOWN } else { v / d })
-            .collect();
         let now = (context.adjacency.num_nodes(), fingerprint(context.features));
         Self {
             output,
             asked_at: earlier.map_or(now, |earlier| earlier.asked_at),
-            ratios: problem.chain.scatter(&ratios, UNKNOWN),
-            per_step: solution.per_step,
+            values,
         }
     }
 
@@ -69,13 +59,11 @@ impl WarmStart {
         })
     }
 
-    /// A guess of v on a problem of the same states and more.
-    pub fn guess(&self, problem: &ShortestPathProblem) -> Guess {
-        let places = problem.chain.order().iter().zip(&problem.distances);
-        let known = |state: u32| self.ratios.get(state as usize).copied().unwrap_or(UNKNOWN);
+    /// A guess of V on a process of the same states and more.
+    pub fn guess(&self, process: &DecisionProcess) -> Guess {
+        let known = |&state: &u32| self.values.get(state as usize).copied().unwrap_or(f64::NAN);
         Guess {
-            v: places.map(|(&state, d)| known(state) * d).collect(),
-            per_step: self.per_step,
+            values: process.order().iter().map(known).collect(),
         }
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Effort {
     pub end_at: f64,
 }
 
-/// Solves for the network's output and lowers `objective` by Adam's steps. The weights with the lowest loss seen are kept, as the objective keeps its costs:
+/// Solves for the network's output and lowers `objective` by Adam's steps. The weights with the lowest loss seen are kept, as the objective keeps its temperatures:
 /// an epoch too wide does not spoil what comes after.
 ///
 /// # Errors
