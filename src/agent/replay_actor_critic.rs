@@ -27,6 +27,10 @@
 //!
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
+//!
+//! **Every action is tried again and again**: where a state was left n times and n ≥ 1024 is a square, the action tried least is taken,
+//! whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂ and b go where they should, and the greedy policy becomes
+//! the best one, while the share of such steps, 1 / 2√n, goes to 0 (greedy in the limit with infinite exploration, Singh et al. 2000).
 
 use super::checks::{check_bonus, check_count, check_gamma};
 use super::choices::Untried;
@@ -51,6 +55,8 @@ const DOUBT: f64 = 0.5;
 const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Before so many tries in a state nothing is tried for the sake of the limit alone.
+const FIRST_RETRIAL: u32 = 1024;
 
 /// Parameters of [`ReplayActorCritic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,8 +75,8 @@ impl Default for ReplayActorCriticParams {
     fn default() -> Self {
         Self {
             gamma: 1.0,
-            planning_steps: 50,
-            untried: Untried::Optimistic,
+            planning_steps: 10,
+            untried: Untried::Advised,
             bonus: 0.3,
         }
     }
@@ -333,6 +339,9 @@ impl ReplayActorCritic {
 impl Agent for ReplayActorCritic {
     fn select_action(&mut self, situation: Situation<'_>) -> Action {
         self.grow_to(situation.state, 0.0);
+        if is_time_to_retry(self.model.tries_in(situation.state)) {
+            return self.model.least_tried(situation.state);
+        }
         let mut preferences = std::mem::take(&mut self.preferences);
         self.write_preferences(situation.state, &mut preferences);
         let probabilities = &mut self.probabilities;
@@ -382,6 +391,11 @@ impl Agent for ReplayActorCritic {
         self.write_preferences(state, &mut preferences);
         first_best(&advised(&preferences, advice))
     }
+}
+
+/// Whether a state that was left `tries` times is due for what was tried least.
+fn is_time_to_retry(tries: u32) -> bool {
+    tries >= FIRST_RETRIAL && tries.isqrt().pow(2) == tries
 }
 
 #[cfg(test)]
@@ -627,6 +641,26 @@ mod tests {
         let best = u16::from(seldom > often);
         let greedy = agent.greedy_action(StateId(0), &NO_ADVICE);
         assert_eq!(greedy, Some(Action(best)));
+    }
+
+    #[test]
+    fn what_was_tried_least_is_tried_again_at_every_square_whatever_is_advised() {
+        let mut agent = agent(thorough(), 1.0);
+        let advice = [0.0, 1e6];
+        let mut seldom = Vec::new();
+        for n in 0..2000_u32 {
+            let situation = Situation {
+                state: StateId(0),
+                advice: &advice,
+            };
+            let taken = agent.select_action(situation);
+            if taken == Action(0) {
+                seldom.push(n);
+            }
+            live(&mut agent, &[on(0, taken.0, -1.0, 0)]);
+        }
+        let squares: Vec<u32> = (32..45).map(|root| root * root).collect();
+        assert_eq!(seldom, squares);
     }
 
     #[test]
