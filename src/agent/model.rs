@@ -210,11 +210,12 @@ impl EmpiricalModel {
         tries.fold(0, u32::saturating_add)
     }
 
-    /// The action of `state` with the fewest tries, the first of equals. O(actions).
-    pub fn least_tried(&self, state: StateId) -> Action {
-        let pairs = self.pairs_of(state).iter();
-        let least = pairs.enumerate().min_by_key(|(_, pair)| pair.tries);
-        Action(least.map_or(0, |(a, _)| a as u16))
+    /// The action of `state` with the fewest tries, the first of equals, and its tries. O(actions).
+    pub fn least_tried(&self, state: StateId) -> (Action, u32) {
+        let tries = self.pairs_of(state).iter().map(|pair| pair.tries);
+        let least = tries.enumerate().min_by_key(|&(_, tries)| tries);
+        let (action, tries) = least.expect("there are actions");
+        (Action(action as u16), tries)
     }
 
     /// Whether arriving in `state` ended the episode, the last time it was entered.

@@ -28,9 +28,11 @@
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
 //!
-//! **Every action is tried again and again**: where a state was left n times and n ≥ 1024 is a square, the action tried least is taken,
-//! whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂ and b go where they should, and the greedy policy becomes
-//! the best one, while the share of such steps, 1 / 2√n, goes to 0 (greedy in the limit with infinite exploration, Singh et al. 2000).
+//! **Every action is tried again and again**: after a life of 1024 steps a state known, an action with fewer than √n / |A| tries is taken
+//! where its state was left n times, the least tried first and whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂
+//! and b go where they should, and the greedy policy becomes the best one, while the share of such steps, 1 / 2√n, goes to 0 (greedy in
+//! the limit with infinite exploration, Singh et al. 2000). It is the whole life that must be long, not n: a state off the beaten
+//! track, where one unlucky try rules an action out, sees few visits.
 
 use super::checks::{check_bonus, check_count, check_gamma};
 use super::choices::Untried;
@@ -55,8 +57,8 @@ const DOUBT: f64 = 0.5;
 const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Before so many tries in a state nothing is tried for the sake of the limit alone.
-const FIRST_RETRIAL: u32 = 1024;
+/// Steps a known state before which nothing is tried for the sake of the limit alone.
+const LONG_LIFE: u64 = 1024;
 
 /// Parameters of [`ReplayActorCritic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -154,6 +156,8 @@ pub struct ReplayActorCritic {
     mix: f64,
     model: EmpiricalModel,
     scale: Scale,
+    /// Steps of its life so far.
+    steps: u64,
     /// Whether an action was seen to have two outcomes.
     stochastic: bool,
     /// φ by state, as of the last fit; of a state found since, that of the state it was entered from.
@@ -181,6 +185,7 @@ impl ReplayActorCritic {
             mix,
             model: EmpiricalModel::new(num_actions, 0.0),
             scale: Scale::new(),
+            steps: 0,
             stochastic: false,
             potential: Vec::new(),
             values: Vec::new(),
@@ -307,6 +312,7 @@ impl ReplayActorCritic {
     /// Takes a step into the model, and queues what it puts out of date besides the state just left.
     fn record(&mut self, experience: &Experience<'_>) {
         let (state, next) = (experience.state, experience.next.state);
+        self.steps += 1;
         if self.scale.note(experience.reward, experience.status) {
             (0..self.values.len()).for_each(|s| self.queue.push(s, f64::MIN_POSITIVE));
         }
@@ -318,6 +324,17 @@ impl ReplayActorCritic {
         }
         let mut outcomes = self.model.outcomes(state, experience.action);
         self.stochastic = self.stochastic || outcomes.nth(1).is_some();
+    }
+
+    /// The action of `state` that was tried least, if that is too seldom. O(actions), and O(1) in a short life.
+    fn neglected(&self, state: StateId) -> Option<Action> {
+        if self.steps < LONG_LIFE * self.values.len() as u64 {
+            return None;
+        }
+        let (action, tries) = self.model.least_tried(state);
+        let share = f64::from(tries) * self.model.num_actions() as f64;
+        let enough = share * share >= f64::from(self.model.tries_in(state));
+        (!enough).then_some(action)
     }
 
     /// Writes θ(state, ·).
@@ -339,8 +356,8 @@ impl ReplayActorCritic {
 impl Agent for ReplayActorCritic {
     fn select_action(&mut self, situation: Situation<'_>) -> Action {
         self.grow_to(situation.state, 0.0);
-        if is_time_to_retry(self.model.tries_in(situation.state)) {
-            return self.model.least_tried(situation.state);
+        if let Some(action) = self.neglected(situation.state) {
+            return action;
         }
         let mut preferences = std::mem::take(&mut self.preferences);
         self.write_preferences(situation.state, &mut preferences);
@@ -391,11 +408,6 @@ impl Agent for ReplayActorCritic {
         self.write_preferences(state, &mut preferences);
         first_best(&advised(&preferences, advice))
     }
-}
-
-/// Whether a state that was left `tries` times is due for what was tried least.
-fn is_time_to_retry(tries: u32) -> bool {
-    tries >= FIRST_RETRIAL && tries.isqrt().pow(2) == tries
 }
 
 #[cfg(test)]
@@ -644,23 +656,22 @@ mod tests {
     }
 
     #[test]
-    fn what_was_tried_least_is_tried_again_at_every_square_whatever_is_advised() {
+    fn in_a_long_life_no_action_is_neglected_whatever_is_advised() {
         let mut agent = agent(thorough(), 1.0);
         let advice = [0.0, 1e6];
-        let mut seldom = Vec::new();
-        for n in 0..2000_u32 {
-            let situation = Situation {
+        let mut seldom = 0;
+        for n in 0..4000_u64 {
+            let taken = agent.select_action(Situation {
                 state: StateId(0),
                 advice: &advice,
-            };
-            let taken = agent.select_action(situation);
-            if taken == Action(0) {
-                seldom.push(n);
-            }
+            });
+            seldom += u32::from(taken == Action(0));
+            let rule = f64::from(seldom) >= (n as f64).sqrt() / 2.0;
+            assert_eq!(n < LONG_LIFE, seldom == 0);
+            assert!(n < 2 * LONG_LIFE || rule, "{seldom} of {n}");
             live(&mut agent, &[on(0, taken.0, -1.0, 0)]);
         }
-        let squares: Vec<u32> = (32..45).map(|root| root * root).collect();
-        assert_eq!(seldom, squares);
+        assert!(seldom < 34, "and no more than that: {seldom}");
     }
 
     #[test]
