@@ -236,7 +236,7 @@ def rooms(out):
 
 
 def front(results):
-    names = ["gcn", "no-advice", "no-shaping", "replay", "replay-unshaped", "planner-frontier", "mbie-eb", "q-learning"]
+    names = ["gcn", "no-shaping", "look-ahead", "actor-critic-shaped", "actor-critic-unshaped", "planner-frontier", "mbie-eb", "q-learning"]
     yield "| regret ÷ sparse · share of the optimum (fails) | " + " | ".join(f"`{name}`" for name in names) + " |"
     yield "|---|" + "---:|" * len(names)
     for world, result in results:

@@ -137,7 +137,7 @@ def method(out):
     for world in protocol.METHOD_WORLDS:
         sets = []
         for name, values in protocol.METHOD_ARMS.items():
-            sets += settings(name, "gcn", values)
+            sets += settings(name, "gcn-shaping-only" if name in protocol.RECIPES else "gcn", values)
         compare(world, ["sparse", *protocol.METHOD_ARMS], protocol.FIRST_SEED, out / "method" / world.name.replace(" ", "_"), sets)
 
 

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum AgentKind {
     /// Action-value actor-critic with a softmax policy.
-    #[default]
     ActorCritic,
     /// Actor-critic that replays what it has seen, shaped by the potential as it stands.
+    #[default]
     ReplayActorCritic,
     /// Q-learning.
     QLearning,

@@ -190,11 +190,32 @@ impl EmpiricalModel {
             .map_or(0, |pair| pair.tries)
     }
 
+    /// The pairs of `state`, one per action.
+    ///
+    /// # Panics
+    /// If the state is beyond the model.
+    fn pairs_of(&self, state: StateId) -> &[Pair] {
+        let place = state.index() * self.num_actions;
+        &self.pairs[place..place + self.num_actions]
+    }
+
     /// Whether some action of `state` was never tried. O(actions).
     pub fn has_untried(&self, state: StateId) -> bool {
-        let place = state.index() * self.num_actions;
-        let pairs = self.pairs.iter().skip(place).take(self.num_actions);
-        pairs.into_iter().any(|pair| pair.tries == 0)
+        self.pairs_of(state).iter().any(|pair| pair.tries == 0)
+    }
+
+    /// Σ_a N(state, a). O(actions).
+    pub fn tries_in(&self, state: StateId) -> u32 {
+        let tries = self.pairs_of(state).iter().map(|pair| pair.tries);
+        tries.fold(0, u32::saturating_add)
+    }
+
+    /// The action of `state` with the fewest tries, the first of equals, and its tries. O(actions).
+    pub fn least_tried(&self, state: StateId) -> (Action, u32) {
+        let tries = self.pairs_of(state).iter().map(|pair| pair.tries);
+        let least = tries.enumerate().min_by_key(|&(_, tries)| tries);
+        let (action, tries) = least.expect("there are actions");
+        (Action(action as u16), tries)
     }
 
     /// Whether arriving in `state` ended the episode, the last time it was entered.

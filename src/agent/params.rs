@@ -50,14 +50,19 @@ pub struct AgentParams {
     /// steps cost.
     pub initial_value: f64,
     /// dyna-q, dyna-q-plus and replay-actor-critic: backups from the model after each step, the step's own included but for
-    /// dyna-q-plus; 1 to 1 000 000.
-    pub planning_steps: usize,
+    /// dyna-q-plus; 1 to 1 000 000. Default: replay-actor-critic 10, else 50.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 10)]
+    pub planning_steps: Option<usize>,
     /// dyna-q-plus: κ of the bonus κ√τ for what was not tried for τ steps, in units of reward, 0 to 1e6.
     pub time_bonus: f64,
     /// planner: tries after which an action counts as known; 1 to 1 000 000.
     pub known_after: u32,
-    /// planner and replay-actor-critic: what leads to unknown actions: optimistic | advised (by the exploration).
-    pub untried: Untried,
+    /// planner and replay-actor-critic: what leads to unknown actions: optimistic | advised (by the exploration). Default: planner
+    /// optimistic, replay-actor-critic advised, but optimistic where the exploration is not frontier.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = Untried::Advised)]
+    pub untried: Option<Untried>,
     /// planner, mbie-eb, ucbvi, psrl: return expected of an unknown action. Default: from the largest reward seen so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 99.0)]
@@ -99,10 +104,10 @@ impl Default for AgentParams {
             bootstrap: None,
             epsilon: None,
             initial_value: QLearningParams::default().initial_value,
-            planning_steps: DynaQParams::default().planning_steps,
+            planning_steps: None,
             time_bonus: DynaQPlusParams::default().time_bonus,
             known_after: planner.known_after,
-            untried: planner.untried,
+            untried: None,
             optimistic_value: None,
             max_backups: planner.max_backups,
             horizon: None,
@@ -165,17 +170,25 @@ impl AgentParams {
                 let p = self.dyna_q();
                 (resolved.critic_learning_rate, resolved.epsilon) =
                     (Some(p.learning_rate), Some(p.epsilon));
+                resolved.planning_steps = Some(p.planning_steps);
             }
             AgentKind::DynaQPlus => {
                 let p = self.dyna_q_plus();
                 (resolved.critic_learning_rate, resolved.epsilon) =
                     (Some(p.learning_rate), Some(p.epsilon));
+                resolved.planning_steps = Some(p.planning_steps);
             }
             AgentKind::PolicyIteration => resolved.epsilon = Some(self.policy_iteration().epsilon),
             AgentKind::MbieEb => resolved.bonus = Some(self.mbie_eb().bonus),
             AgentKind::Ucbvi => resolved.bonus = Some(self.ucbvi().bonus),
-            AgentKind::ReplayActorCritic => resolved.bonus = Some(self.replay_actor_critic().bonus),
-            AgentKind::Planner | AgentKind::Psrl | AgentKind::Random => {}
+            AgentKind::Planner => resolved.untried = Some(self.planner().untried),
+            AgentKind::ReplayActorCritic => {
+                let p = self.replay_actor_critic();
+                (resolved.planning_steps, resolved.untried) =
+                    (Some(p.planning_steps), Some(p.untried));
+                resolved.bonus = Some(p.bonus);
+            }
+            AgentKind::Psrl | AgentKind::Random => {}
         }
         resolved
     }
@@ -231,7 +244,7 @@ impl AgentParams {
             learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
             epsilon: self.epsilon.unwrap_or(d.epsilon),
             initial_value: self.initial_value,
-            planning_steps: self.planning_steps,
+            planning_steps: self.planning_steps.unwrap_or(d.planning_steps),
         }
     }
 
@@ -243,7 +256,7 @@ impl AgentParams {
             learning_rate: self.critic_learning_rate.unwrap_or(d.learning_rate),
             epsilon: self.epsilon.unwrap_or(d.epsilon),
             initial_value: self.initial_value,
-            planning_steps: self.planning_steps,
+            planning_steps: self.planning_steps.unwrap_or(d.planning_steps),
             time_bonus: self.time_bonus,
         }
     }
@@ -253,7 +266,7 @@ impl AgentParams {
         PlannerParams {
             gamma: self.gamma,
             known_after: self.known_after,
-            untried: self.untried,
+            untried: self.untried.unwrap_or(PlannerParams::default().untried),
             optimistic_value: self.optimistic_value,
             max_backups: self.max_backups,
         }
@@ -296,13 +309,12 @@ impl AgentParams {
 
     /// What the actor-critic with replay takes from the table.
     pub fn replay_actor_critic(&self) -> ReplayActorCriticParams {
+        let d = ReplayActorCriticParams::default();
         ReplayActorCriticParams {
             gamma: self.gamma,
-            planning_steps: self.planning_steps,
-            untried: self.untried,
-            bonus: self
-                .bonus
-                .unwrap_or(ReplayActorCriticParams::default().bonus),
+            planning_steps: self.planning_steps.unwrap_or(d.planning_steps),
+            untried: self.untried.unwrap_or(d.untried),
+            bonus: self.bonus.unwrap_or(d.bonus),
         }
     }
 
@@ -368,9 +380,18 @@ mod tests {
         for (text, key) in [
             ("gamma = 1.5", "gamma"),
             ("gamma = nan", "gamma"),
-            ("actor_learning_rate = 0", "actor_learning_rate"),
-            ("critic_learning_rate = 1.2", "critic_learning_rate"),
-            ("preference_clip = inf", "preference_clip"),
+            (
+                "kind = \"actor-critic\"\nactor_learning_rate = 0",
+                "actor_learning_rate",
+            ),
+            (
+                "kind = \"actor-critic\"\ncritic_learning_rate = 1.2",
+                "critic_learning_rate",
+            ),
+            (
+                "kind = \"actor-critic\"\npreference_clip = inf",
+                "preference_clip",
+            ),
             ("kind = \"sarsa\"\nepsilon = -0.1", "epsilon"),
             (
                 "kind = \"q-learning\"\ninitial_value = nan",
@@ -418,14 +439,20 @@ mod tests {
     fn resolving_writes_in_the_defaults_of_the_kind_and_changes_nothing() {
         for text in [
             "",
-            "update = \"algorithm-1\"",
+            "kind = \"actor-critic\"\nupdate = \"algorithm-1\"",
             "kind = \"sarsa\"",
             "kind = \"dyna-q\"\nepsilon = 0.3",
         ] {
             let params = parse(text).unwrap();
             let resolved = params.resolved();
-            assert!(resolved.critic_learning_rate.is_some(), "{text}");
             assert_eq!(resolved, resolved.resolved());
+            if params.kind == AgentKind::ReplayActorCritic {
+                assert_eq!(resolved.planning_steps, Some(10), "{text}");
+                assert_eq!(resolved.untried, Some(Untried::Advised), "{text}");
+                assert_eq!(resolved.replay_actor_critic(), params.replay_actor_critic());
+                continue;
+            }
+            assert!(resolved.critic_learning_rate.is_some(), "{text}");
             match params.kind {
                 AgentKind::Sarsa => assert_eq!(resolved.sarsa(), params.sarsa()),
                 AgentKind::DynaQ => assert_eq!(resolved.dyna_q(), params.dyna_q()),

@@ -27,6 +27,12 @@
 //!
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
+//!
+//! **Every action is tried again and again**: after a life of 1024 steps a state known, an action with fewer than √n / |A| tries is taken
+//! where its state was left n times, the least tried first and whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂
+//! and b go where they should, and the greedy policy becomes the best one, while the share of such steps, 1 / 2√n, goes to 0 (greedy in
+//! the limit with infinite exploration, Singh et al. 2000). It is the whole life that must be long, not n: a state off the beaten
+//! track, where one unlucky try rules an action out, sees few visits.
 
 use super::checks::{check_bonus, check_count, check_gamma};
 use super::choices::Untried;
@@ -55,6 +61,8 @@ const FURTHER_DOUBT: f64 = 1.0 / 64.0;
 const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Steps a known state before which nothing is tried for the sake of the limit alone.
+const LONG_LIFE: u64 = 1024;
 
 /// Parameters of [`ReplayActorCritic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,8 +81,8 @@ impl Default for ReplayActorCriticParams {
     fn default() -> Self {
         Self {
             gamma: 1.0,
-            planning_steps: 50,
-            untried: Untried::Optimistic,
+            planning_steps: 10,
+            untried: Untried::Advised,
             bonus: 0.3,
         }
     }
@@ -163,6 +171,8 @@ pub struct ReplayActorCritic {
     mix: f64,
     model: EmpiricalModel,
     scale: Scale,
+    /// Steps of its life so far.
+    steps: u64,
     /// Whether an action was seen to have two outcomes.
     stochastic: bool,
     /// φ by state, as of the last fit; of a state found since, that of the state it was entered from.
@@ -192,6 +202,7 @@ impl ReplayActorCritic {
             mix,
             model: EmpiricalModel::new(num_actions, 0.0),
             scale: Scale::new(),
+            steps: 0,
             stochastic: false,
             potential: Vec::new(),
             values: Vec::new(),
@@ -368,6 +379,7 @@ impl ReplayActorCritic {
     /// Takes a step into the model, and queues what it puts out of date besides the state just left.
     fn record(&mut self, experience: &Experience<'_>) {
         let (state, next) = (experience.state, experience.next.state);
+        self.steps += 1;
         if self.scale.note(experience.reward, experience.status) {
             (0..self.values.len()).for_each(|s| self.queue.push(s, f64::MIN_POSITIVE));
         }
@@ -379,6 +391,17 @@ impl ReplayActorCritic {
         }
         let mut outcomes = self.model.outcomes(state, experience.action);
         self.stochastic = self.stochastic || outcomes.nth(1).is_some();
+    }
+
+    /// The action of `state` that was tried least, if that is too seldom. O(actions), and O(1) in a short life.
+    fn neglected(&self, state: StateId) -> Option<Action> {
+        if self.steps < LONG_LIFE * self.values.len() as u64 {
+            return None;
+        }
+        let (action, tries) = self.model.least_tried(state);
+        let share = f64::from(tries) * self.model.num_actions() as f64;
+        let enough = share * share >= f64::from(self.model.tries_in(state));
+        (!enough).then_some(action)
     }
 
     /// Writes θ(state, ·).
@@ -400,6 +423,9 @@ impl ReplayActorCritic {
 impl Agent for ReplayActorCritic {
     fn select_action(&mut self, situation: Situation<'_>) -> Action {
         self.grow_to(situation.state, 0.0);
+        if let Some(action) = self.neglected(situation.state) {
+            return action;
+        }
         let mut preferences = std::mem::take(&mut self.preferences);
         self.write_preferences(situation.state, &mut preferences);
         let probabilities = &mut self.probabilities;
@@ -694,6 +720,25 @@ mod tests {
         let best = u16::from(seldom > often);
         let greedy = agent.greedy_action(StateId(0), &NO_ADVICE);
         assert_eq!(greedy, Some(Action(best)));
+    }
+
+    #[test]
+    fn in_a_long_life_no_action_is_neglected_whatever_is_advised() {
+        let mut agent = agent(thorough(), 1.0);
+        let advice = [0.0, 1e6];
+        let mut seldom = 0;
+        for n in 0..4000_u64 {
+            let taken = agent.select_action(Situation {
+                state: StateId(0),
+                advice: &advice,
+            });
+            seldom += u32::from(taken == Action(0));
+            let rule = f64::from(seldom) >= (n as f64).sqrt() / 2.0;
+            assert_eq!(n < LONG_LIFE, seldom == 0);
+            assert!(n < 2 * LONG_LIFE || rule, "{seldom} of {n}");
+            live(&mut agent, &[on(0, taken.0, -1.0, 0)]);
+        }
+        assert!(seldom < 34, "and no more than that: {seldom}");
     }
 
     #[test]

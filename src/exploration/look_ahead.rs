@@ -1,4 +1,8 @@
-//! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring.
+//! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring, times
+//! K / (K + n(s)).
+//!
+//! n(s) are the tries in s: advice is for what was not learnt yet, and yields to what was. And φ says nothing for standing still: where
+//! every way on leads down, an action that was only seen to go nowhere is advised no more than the best of them.
 
 use super::model::ExplorationModel;
 use crate::env::Action;
@@ -8,6 +12,8 @@ use crate::shaping::Potential;
 
 /// κ: what was seen anywhere weighs as much as so many tries here.
 const POOLED_TRIES: f64 = 32.0;
+/// K: tries in a state after which half of the advice there is left; some hundreds of episodes pass through a state by then.
+const TRIES_TO_HALF: f64 = 1000.0;
 
 impl ExplorationModel {
     /// Writes the part of the advice for `state` that lasts, one logit per action: `potential_advice` times the expected
@@ -45,7 +51,9 @@ impl ExplorationModel {
         } else {
             self.advise_potential(graph, state, potential, weight, advice);
         }
+        advise_to_leave(graph, state, advice);
         self.advise_untried(graph, state, advice);
+        yield_to_evidence(graph, state, advice);
     }
 
     /// Where actions slip alike in all states: the expected rise with P̂ between what was seen here and
@@ -144,5 +152,77 @@ impl ExplorationModel {
                 *logit += weight * best * self.doubt() / (f64::from(tries) + self.doubt());
             }
         }
+    }
+}
+
+/// What was only seen to go nowhere is advised no more than the best action that leaves `state`, if one is known.
+fn advise_to_leave(graph: &TransitionGraph, state: StateId, advice: &mut [f64]) {
+    let leaves = |action: Action| {
+        let mut outcomes = graph.outcomes(state);
+        outcomes.any(|outcome| outcome.action == action && outcome.next != state)
+    };
+    let actions = (0..advice.len() as u16).map(Action);
+    let leaving = actions.filter(|&action| leaves(action));
+    let best = leaving
+        .map(|action| advice[action.index()])
+        .reduce(f64::max);
+    let Some(best) = best else {
+        return;
+    };
+    for (a, logit) in advice.iter_mut().enumerate() {
+        let action = Action(a as u16);
+        if graph.tries(state, action) > 0 && !leaves(action) {
+            *logit = logit.min(best);
+        }
+    }
+}
+
+/// The more was tried in `state`, the less is advised there.
+fn yield_to_evidence(graph: &TransitionGraph, state: StateId, advice: &mut [f64]) {
+    let tries = |a: usize| f64::from(graph.tries(state, Action(a as u16)));
+    let in_state: f64 = (0..advice.len()).map(tries).sum();
+    let left = TRIES_TO_HALF / (TRIES_TO_HALF + in_state);
+    advice.iter_mut().for_each(|logit| *logit *= left);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exploration::{Destination, ExplorationParams};
+    use crate::shaping::PotentialTable;
+
+    /// From 0 two actions lead to 1 and one stays; φ is highest in 0. Advice after `rounds` of all three.
+    fn advice_on_a_peak(rounds: u32) -> Vec<f64> {
+        let mut graph = TransitionGraph::new(3);
+        let (peak, below) = (graph.add_state(), graph.add_state());
+        for _ in 0..rounds {
+            for (action, next) in [(0, below), (1, peak), (2, below)] {
+                graph.record(peak, Action(action), -1.0, next, false);
+            }
+        }
+        let mut potential = PotentialTable::new();
+        potential.extend(peak, 0.0);
+        potential.extend(below, -1.0);
+        let params = ExplorationParams {
+            potential_advice: 20.0,
+            ..Default::default()
+        };
+        let mut model = ExplorationModel::new(params, 3);
+        let goal = Destination {
+            state: below,
+            handicap: 0,
+        };
+        model.set_destinations(&graph, &[goal]);
+        let mut advice = vec![0.0; 3];
+        model.look_ahead(&graph, peak, &potential, 1.0, &mut advice);
+        advice
+    }
+
+    #[test]
+    fn nothing_is_said_for_standing_still_and_less_and_less_for_anything() {
+        let few = advice_on_a_peak(1);
+        assert!(few.iter().all(|&logit| logit == few[0] && logit < -19.0));
+        let many = advice_on_a_peak(1_000_000);
+        assert!(many.iter().all(|&logit| logit.abs() < 0.01), "{many:?}");
     }
 }

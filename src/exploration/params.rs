@@ -23,10 +23,10 @@ pub enum ExplorationKind {
 #[serde(rename_all = "kebab-case")]
 pub enum Optimism {
     /// Shorter paths to the goals seen: an untried action is tried if the best that it could lead to beats the best path known.
-    #[default]
     SeenGoals,
     /// The same by what may be earned: an end is a goal only if it pays, and where actions slip the best path known is worth what it may be
     /// expected to cost, falls included.
+    #[default]
     ExpectedReturn,
     /// Also goals not seen yet: an untried action might lead straight to one (R-max, Brafman & Tennenholtz 2002).
     AnyGoal,
@@ -59,9 +59,9 @@ impl Default for ExplorationParams {
     fn default() -> Self {
         Self {
             kind: ExplorationKind::Frontier,
-            frontier_advice: 12.0,
-            potential_advice: 20.0,
-            optimism: Optimism::SeenGoals,
+            frontier_advice: 24.0,
+            potential_advice: 0.0,
+            optimism: Optimism::ExpectedReturn,
             search_share: 0.005,
             reward_search_share: 0.8,
             bonus: 1.0,

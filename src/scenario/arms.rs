@@ -265,7 +265,7 @@ fn stray(arm: &str, setting: &str, section: &str) -> BrokenRule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::agent::{AgentKind, UpdateRule};
+    use crate::agent::{AgentKind, Untried, UpdateRule};
     use crate::exploration::ExplorationKind;
 
     fn lay(name: &str, text: &str) -> Arm {
@@ -285,7 +285,12 @@ mod tests {
 
     #[test]
     fn every_built_in_arm_is_accepted_and_no_two_are_the_same() {
-        let arms: Vec<Arm> = BUILT_IN_ARMS.iter().map(|arm| lay(arm.name, "")).collect();
+        // Unlike in a scenario that asks for look-ahead advice, which the default does not.
+        let text = "[exploration]\npotential_advice = 1\n";
+        let arms: Vec<Arm> = BUILT_IN_ARMS
+            .iter()
+            .map(|arm| lay(arm.name, text))
+            .collect();
         for (i, arm) in arms.iter().enumerate() {
             assert!(arms[..i].iter().all(|a| a.scenario != arm.scenario));
         }
@@ -301,7 +306,7 @@ mod tests {
     fn an_arm_decides_its_own_keys_and_no_others() {
         let text = "[agent]\nkind = \"sarsa\"\ngamma = 0.9\n[shaping]\nscale_factor = 3\n";
         let gcn = lay("gcn", text).scenario;
-        assert_eq!(gcn.agent.kind, AgentKind::ActorCritic);
+        assert_eq!(gcn.agent.kind, AgentKind::ReplayActorCritic);
         assert_eq!(gcn.agent.gamma, 0.9);
         assert_eq!(gcn.shaping.scale_factor, 3.0);
         let q = lay("q-learning", text).scenario;
@@ -310,6 +315,22 @@ mod tests {
         assert_eq!(q.exploration.kind, ExplorationKind::None);
         // Unset keys take the default of the arm's learner, not of the file's.
         assert_eq!(q.agent.q_learning().learning_rate, 1.0);
+    }
+
+    #[test]
+    fn what_was_never_tried_is_advised_only_where_there_is_a_search() {
+        for (text, untried) in [
+            ("", Untried::Advised),
+            ("[exploration]\nkind = \"none\"\n", Untried::Optimistic),
+            (
+                "[exploration]\nkind = \"none\"\n[agent]\nuntried = \"advised\"\n",
+                Untried::Advised,
+            ),
+        ] {
+            let scenario = Scenario::parse(Path::new("x.toml"), text.to_owned(), &[]);
+            let agent = scenario.unwrap().scenario.agent;
+            assert_eq!(agent.replay_actor_critic().untried, untried, "{text}");
+        }
     }
 
     #[test]

@@ -29,7 +29,19 @@ const fn arm(
     }
 }
 
-/// An actor-critic with this potential and this exploration.
+/// The default agent with this potential: an actor-critic with replay, and frontier exploration.
+macro_rules! replay {
+    ($potential:literal $(, $more:literal)*) => {
+        &[
+            "agent.kind=replay-actor-critic",
+            concat!("shaping.potential=", $potential),
+            "exploration.kind=frontier",
+            $($more),*
+        ]
+    };
+}
+
+/// A plain actor-critic with this potential and this exploration.
 macro_rules! actor_critic {
     ($potential:literal, $exploration:literal $(, $more:literal)*) => {
         &[
@@ -41,19 +53,18 @@ macro_rules! actor_critic {
     };
 }
 
-/// An actor-critic with replay, without look-ahead advice; its preferences reach as far as the advice of the search is strong.
-macro_rules! replay {
-    ($potential:literal) => {
-        &[
-            "agent.kind=replay-actor-critic",
-            "agent.untried=advised",
-            "agent.planning_steps=10",
-            concat!("shaping.potential=", $potential),
-            "exploration.kind=frontier",
-            "exploration.frontier_advice=24",
-            "exploration.potential_advice=0",
-            "exploration.optimism=expected-return",
-        ]
+/// A plain actor-critic with the network's potential at four times its scale, and with a search for shorter paths to the ends seen whose
+/// advice its preferences can outgrow.
+macro_rules! searching_actor_critic {
+    ($($more:literal),*) => {
+        actor_critic!(
+            "gcn",
+            "frontier",
+            "shaping.scale_factor=4",
+            "exploration.frontier_advice=12",
+            "exploration.optimism=seen-goals",
+            $($more),*
+        )
     };
 }
 
@@ -87,6 +98,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
             "report",
             "none",
             "shaping.scale=raw",
+            "exploration.optimism=seen-goals",
             "agent.update=algorithm-1",
             "agent.actor_learning_rate=0.005",
             "agent.critic_learning_rate=0.01",
@@ -100,6 +112,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
             "report",
             "none",
             "shaping.scale=raw",
+            "exploration.optimism=seen-goals",
             "agent.update=algorithm-2",
             "agent.actor_learning_rate=0.01",
             "agent.critic_learning_rate=0.005",
@@ -108,98 +121,93 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "gcn",
-        "the default: the network's diffusion as potential, frontier exploration",
-        actor_critic!("gcn", "frontier"),
+        "the default: an actor-critic that replays what it has seen, shaped by the network's potential, frontier exploration",
+        replay!("gcn"),
     ),
     arm(
         "gcn-shaping-only",
-        "the same potential without exploration",
-        actor_critic!("gcn", "none"),
-    ),
-    arm(
-        "no-advice",
-        "the default without look-ahead advice: frontier exploration and the shaped reward",
-        actor_critic!("gcn", "frontier", "exploration.potential_advice=0"),
-    ),
-    arm(
-        "no-shaping",
-        "the default without shaped reward and without look-ahead advice: frontier exploration",
+        "a plain actor-critic with the same potential, without exploration",
         actor_critic!(
             "gcn",
-            "frontier",
-            "exploration.potential_advice=0",
-            "shaping.mix=0"
+            "none",
+            "shaping.scale_factor=4",
+            "exploration.optimism=seen-goals"
         ),
     ),
     arm(
+        "no-advice",
+        "the default without look-ahead advice, which it has none of unless the scenario asks for it",
+        replay!("gcn", "exploration.potential_advice=0"),
+    ),
+    arm(
+        "no-shaping",
+        "the default without shaped reward: frontier exploration and replay",
+        replay!("gcn", "exploration.potential_advice=0", "shaping.mix=0"),
+    ),
+    arm(
         "advice-only",
-        "the default without shaped reward: frontier exploration and look-ahead advice",
-        actor_critic!("gcn", "frontier", "shaping.mix=0"),
+        "the default with look-ahead advice in the place of the shaped reward",
+        replay!("gcn", "exploration.potential_advice=20", "shaping.mix=0"),
+    ),
+    arm(
+        "look-ahead",
+        "a plain actor-critic with shaped reward and look-ahead advice, frontier exploration",
+        searching_actor_critic!("exploration.potential_advice=20"),
+    ),
+    arm(
+        "actor-critic-shaped",
+        "the same without look-ahead advice",
+        searching_actor_critic!("exploration.potential_advice=0"),
+    ),
+    arm(
+        "actor-critic-unshaped",
+        "the same without shaped reward either",
+        searching_actor_critic!("exploration.potential_advice=0", "shaping.mix=0"),
     ),
     arm(
         "untrained",
         "the default with a network that is never trained",
-        actor_critic!(
-            "gcn",
-            "frontier",
-            "shaping.cold_epochs=0",
-            "shaping.warm_epochs=0"
-        ),
+        replay!("gcn", "shaping.cold_epochs=0", "shaping.warm_epochs=0"),
     ),
     arm(
         "heat",
-        "a diffusion without a network, frontier exploration",
-        actor_critic!("heat", "frontier"),
+        "the default with a diffusion without a network",
+        replay!("heat"),
     ),
     arm(
         "dr",
-        "the value in the default representation, frontier exploration",
-        actor_critic!("dr", "frontier"),
+        "the default with the value in the default representation",
+        replay!("dr"),
     ),
     arm(
         "sr",
-        "discounted visits of the goal in the successor representation, frontier exploration",
-        actor_critic!("sr", "frontier"),
+        "the default with discounted visits of the goal in the successor representation",
+        replay!("sr"),
     ),
     arm(
         "hops",
-        "hop distance on the visited graph, frontier exploration",
-        actor_critic!("hops", "frontier"),
+        "the default with hop distance on the visited graph",
+        replay!("hops"),
     ),
     arm(
         "oracle",
-        "distance on the true map, frontier exploration",
-        actor_critic!("oracle", "frontier"),
+        "the default with distance on the true map",
+        replay!("oracle"),
     ),
     arm(
         "negated-oracle",
-        "the opposite of the oracle's potential, which leads away from the goal, frontier exploration",
-        actor_critic!("negated-oracle", "frontier"),
+        "the default with the opposite of the oracle's potential, which leads away from the goal",
+        replay!("negated-oracle"),
     ),
     arm(
         "random-potential",
-        "a potential drawn at random for each state, frontier exploration",
-        actor_critic!("random", "frontier"),
+        "the default with a potential drawn at random for each state",
+        replay!("random"),
     ),
     arm(
         "frontier-only",
-        "frontier exploration without a potential",
-        actor_critic!("none", "frontier"),
-    ),
-    arm(
-        "replay",
-        "an actor-critic that replays what it has seen with the shaping of the present potential, frontier exploration by expected return",
-        replay!("gcn"),
-    ),
-    arm(
-        "replay-unshaped",
-        "the same without a potential",
+        "the default without a potential",
         replay!("none"),
-    ),
-    arm(
-        "replay-negated-oracle",
-        "the same with the opposite of the oracle's potential",
-        replay!("negated-oracle"),
     ),
     arm("q-learning", "Q-learning alone", alone!("q-learning")),
     arm("sarsa", "SARSA alone", alone!("sarsa")),
@@ -226,7 +234,9 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
             "agent.untried=advised",
             "shaping.potential=none",
             "exploration.kind=frontier",
+            "exploration.frontier_advice=12",
             "exploration.potential_advice=0",
+            "exploration.optimism=seen-goals",
         ],
     ),
     arm(
@@ -250,7 +260,9 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         &[
             "agent.kind=policy-iteration",
             "shaping.potential=gcn",
+            "shaping.scale_factor=4",
             "exploration.kind=none",
+            "exploration.optimism=seen-goals",
         ],
     ),
 ];

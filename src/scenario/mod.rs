@@ -48,9 +48,9 @@ pub use template::template;
 pub use world::{MovedWorld, World};
 pub use worlds::Worlds;
 
-use crate::agent::AgentParams;
+use crate::agent::{AgentParams, Untried};
 use crate::engine::ScheduleParams;
-use crate::exploration::ExplorationParams;
+use crate::exploration::{ExplorationKind, ExplorationParams};
 use crate::features::DeepWalkParams;
 use crate::gcn::GcnParams;
 use crate::parameter::{ParameterError, Section};
@@ -207,6 +207,10 @@ impl Scenario {
             *file = folder.join(&*file);
         }
         self.env.fill_defaults();
+        if self.exploration.kind != ExplorationKind::Frontier {
+            // Nobody would advise what was never tried.
+            self.agent.untried.get_or_insert(Untried::Optimistic);
+        }
         self.arms.values_mut().for_each(ArmParams::flatten);
     }
 

@@ -2,6 +2,7 @@
 
 mod agents;
 mod architecture;
+mod best_in_the_limit;
 mod dependents;
 mod engine;
 #[path = "../common/env_worlds.rs"]

@@ -3,13 +3,13 @@
 mod bounds;
 mod cli;
 mod compare;
+mod default_agent;
 mod export;
 mod interruptions;
 mod live_page;
 mod potential_kinds;
 #[path = "../common/program.rs"]
 mod program;
-mod replay;
 mod report_page;
 #[path = "../common/runs.rs"]
 mod runs;

@@ -1,4 +1,4 @@
-//! The arm that replays, from outside: what φ leads to may cost time, and not the best policy.
+//! The default agent, from outside: what φ leads to may cost time, and not the best policy.
 
 use crate::program::Program;
 use serde_json::Value;
@@ -16,13 +16,8 @@ fn compared(world: &str, settings: &[&str], arms: &str) -> Vec<Value> {
 /// one and with one drawn at random.
 #[test]
 fn every_potential_ends_on_the_best_policy() {
-    let settings = [
-        "env.goals=random",
-        "run.episodes=150",
-        "arms.drawn.base=replay",
-        "arms.drawn.shaping.potential=random",
-    ];
-    let arms = "sparse,replay,replay-unshaped,replay-negated-oracle,drawn";
+    let settings = ["env.goals=random", "run.episodes=150"];
+    let arms = "sparse,gcn,frontier-only,negated-oracle,random-potential";
     for arm in &compared("four_rooms", &settings, arms)[1..] {
         assert_eq!(arm["failures"], 0.0, "{}", arm["name"]);
         // There is no advice beside the search.
@@ -35,9 +30,9 @@ fn every_potential_ends_on_the_best_policy() {
 fn the_shaped_reward_brings_news_home() {
     let settings = [
         "run.episodes=60",
-        "arms.frugal.base=replay",
+        "arms.frugal.base=gcn",
         "arms.frugal.agent.planning_steps=1",
-        "arms.unshaped.base=replay-unshaped",
+        "arms.unshaped.base=frontier-only",
         "arms.unshaped.agent.planning_steps=1",
     ];
     let arms = compared("four_rooms", &settings, "sparse,frugal,unshaped");
@@ -62,7 +57,7 @@ fn ends_that_cost_and_ways_that_fall_are_avoided() {
         "bridge_swamp",
         "bridge_back",
     ] {
-        let arms = compared(world, &[], "sparse,replay");
+        let arms = compared(world, &[], "sparse,gcn");
         assert_eq!(arms[1]["failures"], 0.0, "{world}");
         let ratio = arms[1]["ratio_to_sparse"]["median"].as_f64().unwrap();
         assert!(ratio < 0.5, "{world}: {ratio} of the regret of sparse");
