@@ -45,6 +45,9 @@ const STEP_TOL: f64 = 0.03;
 const SWEEPS_PER_STEP: usize = 40;
 /// The largest part of a row's far weight that is carried along: a / (1 − a) is 1 at ½.
 const CARRY: f64 = 0.4;
+/// A long Newton step that leaves more than this of the residual did not solve its system; the first ones may, for V̂ is not linear.
+const STALL: f64 = 0.9;
+const FREE_STEPS: usize = 2;
 /// A change this much larger than the smallest one seen means that the iteration grows.
 const GROWTH: f64 = 4.0;
 
@@ -269,8 +272,9 @@ impl<'p> SoftBellman<'p> {
             self.update(tau, v);
             statistics.residual = self.set_residual(v);
             statistics.converged = statistics.residual <= tol;
-            if was_long && statistics.residual > 0.5 * before {
-                // It does not grow, or too slowly to be seen within one step, but comes to nothing either.
+            let stalls = was_long && statistics.residual > STALL * before;
+            if stalls && statistics.steps > FREE_STEPS {
+                // The iteration grows too slowly to be seen within one step.
                 self.carry *= 0.5;
             }
             let hopeless =

@@ -280,6 +280,31 @@ fn what_is_untried_is_worth_nothing_while_no_goal_is_known() {
     }
 }
 
+/// Beside what was tried it is one choice, however many actions are untried.
+#[test]
+fn what_is_untried_is_a_choice_beside_others() {
+    let graph = world(3, 5, &[(0, 0, -1.0, 1), (0, 1, -3.0, 2), (2, 0, -1.0, 0)]);
+    for tau in [0.0, 2.0] {
+        let v = values(&observed(&graph, &[1], false), tau);
+        let soft = |worths: &[f64]| match tau == 0.0 {
+            true => worths.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            false => {
+                let heat: f64 = worths.iter().map(|q| (q / tau).exp()).sum();
+                tau * (heat / worths.len() as f64).ln()
+            }
+        };
+        let g = discount(1.0, 3);
+        assert_close(
+            &v,
+            &[
+                soft(&[-1.0, -3.0 + g * v[2], 0.0]),
+                0.0,
+                soft(&[-1.0 + g * v[0], 0.0]),
+            ],
+        );
+    }
+}
+
 /// Bumps tell nothing of a place where something else is untried, with a goal or without one.
 #[test]
 fn a_bump_is_left_out_where_something_is_untried() {

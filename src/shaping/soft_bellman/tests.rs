@@ -197,6 +197,23 @@ fn complete_and_bipartite_graphs_and_stars_converge_at_high_temperature() {
     }
 }
 
+/// The number of sweeps grows with the temperature, but hardly with the size.
+#[test]
+fn large_grids_take_few_sweeps() {
+    for side in [40, 160] {
+        let process = uniform(&grid(side, side, &[]), -1.0);
+        for (tau, most) in [(0.0, 0), (0.5, 20), (2.0, 60), (10.0, 400)] {
+            let tau = vec![tau; process.len()];
+            let (_, statistics) = SoftBellman::new(&process).solve_cold(&tau, 1e-5);
+            println!("{side} at {}: {statistics:?}", tau[0]);
+            assert!(
+                statistics.converged && statistics.sweeps <= most,
+                "{side}: {statistics:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_process_without_states_is_solved() {
     let process = process(&[vec![], vec![]], 1.0);
