@@ -33,7 +33,7 @@
 //! ```
 //!
 //! On a path the error then falls by a / (1 − a) a sweep, a the far weight, however long the path. Where a is large that
-//! overshoots, so t ≤ 0.4; should the iteration grow nevertheless, t is
+//! overshoots, so t ≤ 0.4; should the iteration grow or stall nevertheless, t is
 //! halved, down to plain Gauss–Seidel, a regular splitting of an M-matrix, which converges.
 
 use super::decision_process::DecisionProcess;
@@ -46,8 +46,8 @@ const SWEEPS_PER_STEP: usize = 40;
 /// The largest part of a row's far weight that is carried along: a / (1 − a) is 1 at ½.
 const CARRY: f64 = 0.4;
 /// A long Newton step that leaves more than this of the residual did not solve its system; the first ones may, for V̂ is not linear.
-const STALL: f64 = 0.9;
-const FREE_STEPS: usize = 2;
+const STALL: f64 = 0.5;
+const FREE_STEPS: usize = 4;
 /// A change this much larger than the smallest one seen means that the iteration grows.
 const GROWTH: f64 = 4.0;
 
