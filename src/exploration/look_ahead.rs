@@ -1,5 +1,8 @@
-//! Look-ahead advice: Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring, times
-//! K / (K + n(s)).
+//! Look-ahead advice: r̂ + c + Σ_s′ P̂(s′|s, a) φ(s′) − φ(s), the rise of the potential that action a may be expected to bring, with what
+//! it pays beyond the mean cost −c of a step, times K / (K + n(s)).
+//!
+//! Rewards count because φ is 0 after an end, whatever that pays: φ falls where a bonus is taken and rises where lava is entered. Where each step costs c the
+//! sum is the rise of φ alone.
 //!
 //! n(s) are the tries in s: advice is for what was not learnt yet, and yields to what was. And φ says nothing for standing still: where
 //! every way on leads down, an action that was only seen to go nowhere is advised no more than the best of them.
@@ -7,7 +10,7 @@
 use super::model::ExplorationModel;
 use crate::env::Action;
 use crate::exploration::dead_reckoning::Prediction;
-use crate::graph::{StateId, TransitionGraph};
+use crate::graph::{ObservedOutcome, StateId, TransitionGraph};
 use crate::shaping::Potential;
 
 /// κ: what was seen anywhere weighs as much as so many tries here.
@@ -17,7 +20,7 @@ const TRIES_TO_HALF: f64 = 1000.0;
 
 impl ExplorationModel {
     /// Writes the part of the advice for `state` that lasts, one logit per action: `potential_advice` times the expected
-    /// rise of `potential` along each action, in units of `unit` > 0, the rise that one step towards the goal is worth
+    /// rise of `potential` along each action, rewards included, in units of `unit` > 0, the rise that one step towards the goal is worth
     /// on average. All 0 before the first goal, and where `potential_advice` is 0. O(out-degree · actions).
     ///
     /// # Panics
@@ -78,7 +81,7 @@ impl ExplorationModel {
             }
         }
         for outcome in graph.outcomes(state) {
-            let rise = potential.value(outcome.next) - here;
+            let rise = potential.value(outcome.next) - here + self.beyond_a_step(&outcome);
             advice[outcome.action.index()] += f64::from(outcome.count) * rise;
         }
         for (a, logit) in advice.iter_mut().enumerate() {
@@ -108,12 +111,17 @@ impl ExplorationModel {
         for outcome in graph.outcomes(state) {
             let tries = f64::from(graph.tries(state, outcome.action)) + self.doubt();
             let share = f64::from(outcome.count) / tries;
-            advice[outcome.action.index()] +=
-                weight * share * (potential.value(outcome.next) - here);
+            let rise = potential.value(outcome.next) - here + self.beyond_a_step(&outcome);
+            advice[outcome.action.index()] += weight * share * rise;
         }
         if self.stochastic {
             self.add_doubt(graph, state, potential, weight, advice);
         }
+    }
+
+    /// r̂ + c of an outcome.
+    fn beyond_a_step(&self, outcome: &ObservedOutcome) -> f64 {
+        outcome.reward_sum / f64::from(outcome.count) + self.step_cost
     }
 
     /// Where no known action leads uphill, the way up must be one that was never tried.
@@ -208,6 +216,7 @@ mod tests {
             ..Default::default()
         };
         let mut model = ExplorationModel::new(params, 3);
+        model.set_returns(&graph, -1.0, 1.0);
         let goal = Destination {
             state: below,
             handicap: 0,
@@ -216,6 +225,36 @@ mod tests {
         let mut advice = vec![0.0; 3];
         model.look_ahead(&graph, peak, &potential, 1.0, &mut advice);
         advice
+    }
+
+    /// φ is 0 after the end, whatever it paid: without rewards the way past it would lead higher.
+    #[test]
+    fn what_an_end_pays_counts() {
+        let mut graph = TransitionGraph::new(2);
+        let (here, past, end) = (graph.add_state(), graph.add_state(), graph.add_state());
+        graph.record(here, Action(0), -1.0, past, false);
+        graph.record(here, Action(1), 10.0, end, true);
+        let mut potential = PotentialTable::new();
+        for (state, phi) in [(here, 9.0), (past, 8.0), (end, 0.0)] {
+            potential.extend(state, phi);
+        }
+        let params = ExplorationParams {
+            potential_advice: 20.0,
+            ..Default::default()
+        };
+        let mut model = ExplorationModel::new(params, 2);
+        model.set_returns(&graph, 10.0, 1.0);
+        let goal = Destination {
+            state: end,
+            handicap: 0,
+        };
+        model.set_destinations(&graph, &[goal]);
+        let mut advice = vec![0.0; 2];
+        model.look_ahead(&graph, here, &potential, 1.0, &mut advice);
+        let left = TRIES_TO_HALF / (TRIES_TO_HALF + 2.0);
+        for (advice, rise) in advice.iter().zip([-1.0, 2.0]) {
+            assert!((advice - 20.0 * left * rise).abs() < 1e-9, "{advice}");
+        }
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub struct ExplorationModel {
     /// [`Optimism::ExpectedReturn`], where actions slip and steps cost.
     expected: ExpectedReturn,
     best_goal: f64,
-    step_cost: f64,
+    pub(super) step_cost: f64,
     /// By state: episodes end there. Shorter than the graph if the last states are none of these.
     pub(super) terminal: Vec<bool>,
     pub(super) stale: StaleStates,
