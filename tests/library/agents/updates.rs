@@ -193,7 +193,7 @@ fn truncation_bootstraps_and_termination_does_not() {
             update: UpdateRule::Algorithm2, // its actor does not move in the first step
             bootstrap: Some(bootstrap),
             critic_learning_rate: Some(0.5),
-            planning_steps: 1,
+            planning_steps: Some(1),
             epsilon: Some(0.0),
             ..AgentParams::default()
         };
