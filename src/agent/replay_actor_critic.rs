@@ -28,9 +28,9 @@
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
 //!
-//! **Every action is tried again and again**: after a life of 8192 steps a state known, an action with fewer than √n / |A| tries is taken
+//! **Every action is tried again and again**: after a life of 4096 steps a state known, an action with fewer than √n tries is taken
 //! where its state was left n times, the least tried first and whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂
-//! and b go where they should, and the greedy policy becomes the best one, while the share of such steps, 1 / 2√n, goes to 0 (greedy in
+//! and b go where they should, and the greedy policy becomes the best one, while the share of such steps, |A| / 2√n at most, goes to 0 (greedy in
 //! the limit with infinite exploration, Singh et al. 2000). It is the whole life that must be long, not n: a state off the beaten
 //! track, where one unlucky try rules an action out, sees few visits.
 
@@ -62,7 +62,7 @@ const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Steps a known state before which nothing is tried for the sake of the limit alone.
-const LONG_LIFE: u64 = 8192;
+const LONG_LIFE: u64 = 4096;
 
 /// Parameters of [`ReplayActorCritic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -399,9 +399,8 @@ impl ReplayActorCritic {
             return None;
         }
         let (action, tries) = self.model.least_tried(state);
-        let share = f64::from(tries) * self.model.num_actions() as f64;
-        let enough = share * share >= f64::from(self.model.tries_in(state));
-        (!enough).then_some(action)
+        let too_few = u64::from(tries).pow(2) < u64::from(self.model.tries_in(state));
+        too_few.then_some(action)
     }
 
     /// Writes θ(state, ·).
@@ -727,18 +726,18 @@ mod tests {
         let mut agent = agent(thorough(), 1.0);
         let advice = [0.0, 1e6];
         let mut seldom = 0;
-        for n in 0..4 * LONG_LIFE {
+        for n in 0..2 * LONG_LIFE {
             let taken = agent.select_action(Situation {
                 state: StateId(0),
                 advice: &advice,
             });
             seldom += u32::from(taken == Action(0));
-            let rule = f64::from(seldom) >= (n as f64).sqrt() / 2.0;
+            let rule = f64::from(seldom) >= (n as f64).sqrt() - 1.0;
             assert_eq!(n < LONG_LIFE, seldom == 0);
-            assert!(n < 2 * LONG_LIFE || rule, "{seldom} of {n}");
+            assert!(n < LONG_LIFE + 100 || rule, "{seldom} of {n}");
             live(&mut agent, &[on(0, taken.0, -1.0, 0)]);
         }
-        assert!(seldom < 93, "and no more than that: {seldom}");
+        assert!(seldom < 92, "and no more than that: {seldom}");
     }
 
     #[test]

@@ -30,6 +30,7 @@ impl Follower {
         let params = ExplorationParams {
             optimism,
             search_share: 0.0,
+            potential_advice: 20.0,
             ..Default::default()
         };
         let rng = ChaCha8Rng::seed_from_u64(seed);

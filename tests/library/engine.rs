@@ -353,13 +353,9 @@ fn parameters_out_of_range_are_refused_before_anything_is_built() {
 
 #[test]
 fn truncation_keeps_the_potential_and_the_advice_of_the_last_state() {
-    let mut pipeline = ShapingPipeline::new(
-        &params(PotentialKind::Hops, ExplorationKind::Frontier),
-        1,
-        None,
-        0,
-    )
-    .unwrap();
+    let mut params = params(PotentialKind::Hops, ExplorationKind::Frontier);
+    params.exploration.potential_advice = 20.0;
+    let mut pipeline = ShapingPipeline::new(&params, 1, None, 0).unwrap();
     // 0 → 1 → 2 → 3, a goal.
     pipeline.begin_episode(&0);
     for state in 1..=3 {

@@ -30,6 +30,13 @@ fn advised(advice: &[f64], rng: &mut ChaCha8Rng) -> Action {
     Action(equals[rng.random_range(0..equals.len())] as u16)
 }
 
+/// Of walkers that do nothing but follow advice.
+fn params() -> PipelineParams {
+    let mut params = PipelineParams::default();
+    params.exploration.potential_advice = 20.0;
+    params
+}
+
 /// Walkers that take turns, each in its own copy of the world.
 struct Team {
     world: WorldModel<Cell>,
@@ -39,7 +46,7 @@ struct Team {
 
 impl Team {
     fn new(size: u32, side: usize, seed: u64) -> Self {
-        let world = WorldModel::new(&PipelineParams::default(), 4, None, seed).unwrap();
+        let world = WorldModel::new(&params(), 4, None, seed).unwrap();
         let members = (0..size)
             .map(|i| (open(side, seed + u64::from(i)), Walker::new(&world, i)))
             .collect();
@@ -107,7 +114,7 @@ proptest! {
     fn one_walker_is_the_pipeline(side in 3usize..6, seed in any::<u32>()) {
         let seed = u64::from(seed);
         let mut team = Team::new(1, side, seed);
-        let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 4, None, seed).unwrap();
+        let mut pipeline = ShapingPipeline::new(&params(), 4, None, seed).unwrap();
         let mut in_episode = false;
         for _ in 0..400 {
             let (from, action, step, shaping) = team.step(0);

@@ -76,13 +76,12 @@ fn what_advice_does_to_the_promise_is_said() {
         };
         checks.into_iter().find(about_advice)
     };
-    let advised = check("advised", &[]).expect("the default advises");
+    let advised = check("advised", &["exploration.potential_advice=20"]);
+    let advised = advised.expect("it advises");
     assert_eq!(advised["holds"], false, "{advised}");
-    assert_eq!(
-        check("unadvised", &["exploration.potential_advice=0"]),
-        None
-    );
-    assert_eq!(check("alone", &["exploration.kind=none"]), None);
+    assert_eq!(check("by-default", &[]), None);
+    let alone = ["exploration.potential_advice=20", "exploration.kind=none"];
+    assert_eq!(check("alone", &alone), None);
 }
 
 #[test]

@@ -306,7 +306,7 @@ mod magnitudes {
             ),
         ] {
             refused(
-                "[env]\nrows = 3\ncols = 3\n",
+                "[env]\nrows = 3\ncols = 3\n[agent]\nkind = \"actor-critic\"\n",
                 None,
                 &["--set", set],
                 &["--set ", words],
@@ -461,7 +461,11 @@ mod read_back {
         for (sets, words) in [
             (&["gcn.learning_rate=1e308"][..], "lower gcn.learning_rate"),
             (
-                &["agent.features=deepwalk", "deepwalk.learning_rate=1e308"],
+                &[
+                    "agent.kind=actor-critic",
+                    "agent.features=deepwalk",
+                    "deepwalk.learning_rate=1e308",
+                ],
                 "lower deepwalk.learning_rate",
             ),
         ] {

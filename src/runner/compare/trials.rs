@@ -223,12 +223,13 @@ mod tests {
     /// Without learning, advice alone leads to the goal; and nothing leads an agent that has no preferences.
     #[test]
     fn advice_is_told_from_what_was_learnt() {
-        let text = "[env]\nrows = 4\ncols = 4\n[agent]\nactor_learning_rate = 1e-9\ncritic_learning_rate = 1e-9\n\
-                    [run]\nepisodes = 60\n";
+        let text = "[env]\nrows = 4\ncols = 4\n[exploration]\npotential_advice = 20\noptimism = \"seen-goals\"\n\
+                    [agent]\nkind = \"actor-critic\"\nactor_learning_rate = 1e-9\ncritic_learning_rate = 1e-9\n\
+                    [shaping]\nmix = 0\n[run]\nepisodes = 60\n";
         let advised = greedy(text);
         assert_eq!(advised.failed, Some(false), "{advised:?}");
         assert_eq!(advised.failed_unadvised, Some(true), "{advised:?}");
-        let random = greedy(&text.replace("[agent]", "[agent]\nkind = \"random\""));
+        let random = greedy(&text.replace("\"actor-critic\"", "\"random\""));
         assert_eq!((random.greedy_return, random.failed), (None, None));
     }
 

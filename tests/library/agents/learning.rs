@@ -3,7 +3,7 @@
 use super::world::{Numbering, Outcome, World, play};
 use eigentrail::agent::{
     Agent, AgentKind, AgentParams, AnyAgent, Bootstrap, Experience, QLearning, QLearningParams,
-    Situation, UpdateRule,
+    Situation, Untried, UpdateRule,
 };
 use eigentrail::env::{Action, StepStatus};
 use eigentrail::graph::StateId;
@@ -54,6 +54,7 @@ fn every_learner_reaches_the_optimum_of_a_grid_and_a_chain() {
                 let params = AgentParams {
                     kind,
                     bootstrap: Some(bootstrap),
+                    untried: Some(Untried::Optimistic), // nobody advises it
                     ..AgentParams::default()
                 };
                 for seed in 0..3 {

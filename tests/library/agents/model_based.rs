@@ -3,7 +3,7 @@
 use super::world::{Numbering, Outcome, World, play};
 use eigentrail::agent::{
     Agent, AgentKind, AgentParams, AnyAgent, Planner, PlannerParams, PolicyIteration,
-    PolicyIterationParams,
+    PolicyIterationParams, Untried,
 };
 use eigentrail::env::Action;
 
@@ -11,6 +11,7 @@ fn of_kind(kind: AgentKind, seed: u64) -> AnyAgent {
     AnyAgent::new(
         &AgentParams {
             kind,
+            untried: Some(Untried::Optimistic), // nobody advises it
             ..AgentParams::default()
         },
         4,
