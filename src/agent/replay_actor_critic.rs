@@ -28,7 +28,7 @@
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that.
 //!
-//! **Every action is tried again and again**: after a life of 16 384 steps a state known, an action with fewer than √n tries is taken
+//! **Every action is tried again and again**: after a life of 8192 steps a state known, an action with fewer than √n tries is taken
 //! where its state was left n times, the least tried first and whatever is advised. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂
 //! and b go where they should, and the greedy policy becomes the best one, while the share of such steps, |A| / 2√n at most, goes to 0 (greedy in
 //! the limit with infinite exploration, Singh et al. 2000). It is the whole life that must be long, not n: a state off the beaten
@@ -62,7 +62,7 @@ const LONG_EPISODES: f64 = 10.0;
 /// Changes below this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Steps a known state before which nothing is tried for the sake of the limit alone.
-const LONG_LIFE: u64 = 16_384;
+const LONG_LIFE: u64 = 8192;
 
 /// Parameters of [`ReplayActorCritic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -683,8 +683,10 @@ mod tests {
         live(&mut agent, &[on(0, 0, -1.0, 1), on(1, 0, -1.0, 2)]);
         live(&mut agent, &[(0, 1, -1.0, 3, StepStatus::Terminated)]);
         let g = agent.gamma();
-        let back = |value: f64| -1.0 - 0.5 + g * value;
-        let expected = [-1.0, back(-1.0), back(back(-1.0))];
+        // Half a step of doubt for the way, and next to nothing for each further action of it.
+        let back = |value: f64, doubt: f64| -1.0 - doubt + g * value;
+        let first = back(-1.0, DOUBT);
+        let expected = [-1.0, first, back(first, FURTHER_DOUBT)];
         for (state, expected) in expected.into_iter().enumerate() {
             let found = agent.value_of(state);
             assert!((found - expected).abs() < 1e-9, "{state}: {found}");
@@ -699,6 +701,46 @@ mod tests {
             Some(Action(0)),
             "advice outvotes that"
         );
+    }
+
+    #[test]
+    fn a_known_way_is_taken_before_an_equal_one_that_leads_back_and_not_before_a_shorter_one() {
+        // From 4 action 0 leads to 3, from which the steps back to 0 were never tried; from 0 it is a step to the end, 9.
+        // Action 1 leads from 4 over 5, 6, … to the end, in as many steps or in one more.
+        for (length, best) in [(4, 1), (5, 0)] {
+            let params = ReplayActorCriticParams {
+                untried: Untried::Advised,
+                gamma: 1.0,
+                ..thorough()
+            };
+            let mut agent = agent(params, 1.0);
+            live(&mut agent, &[(0, 1, -1.0, 9, StepStatus::Terminated)]);
+            live(&mut agent, &[on(0, 0, -1.0, 2), on(2, 0, -1.0, 3)]);
+            live(&mut agent, &[on(4, 0, -1.0, 3)]);
+            let mut steps = vec![on(4, 1, -1.0, 20)];
+            steps.extend((20..19 + length).map(|s| on(s, 0, -1.0, s + 1)));
+            steps.last_mut().unwrap().3 = 9;
+            steps.last_mut().unwrap().4 = StepStatus::Terminated;
+            live(&mut agent, &steps);
+            let greedy = agent.greedy_action(StateId(4), &NO_ADVICE);
+            assert_eq!(greedy, Some(Action(best)), "{length} steps");
+        }
+    }
+
+    #[test]
+    fn where_no_way_to_an_end_is_known_what_is_untried_is_as_good_as_what_leads_round() {
+        let params = ReplayActorCriticParams {
+            untried: Untried::Advised,
+            gamma: 1.0,
+            ..thorough()
+        };
+        let mut agent = agent(params, 1.0);
+        live(&mut agent, &[on(0, 0, -1.0, 1), on(0, 1, -1.0, 0)]);
+        live(&mut agent, &[on(1, 0, -1.0, 0); 20]);
+        let mut preferences = [0.0; 2];
+        agent.write_preferences(StateId(1), &mut preferences);
+        let loss = preferences[0] - preferences[1];
+        assert!(loss.abs() < 1e-6, "{preferences:?}");
     }
 
     #[test]
@@ -734,10 +776,10 @@ mod tests {
             seldom += u32::from(taken == Action(0));
             let rule = f64::from(seldom) >= (n as f64).sqrt() - 1.0;
             assert_eq!(n < LONG_LIFE, seldom == 0);
-            assert!(n < LONG_LIFE + 100 || rule, "{seldom} of {n}");
+            assert!(n < LONG_LIFE + 200 || rule, "{seldom} of {n}");
             live(&mut agent, &[on(0, taken.0, -1.0, 0)]);
         }
-        assert!(seldom < 183, "and no more than that: {seldom}");
+        assert!(seldom < 130, "and no more than that: {seldom}");
     }
 
     #[test]

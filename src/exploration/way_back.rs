@@ -38,3 +38,58 @@ impl ExplorationModel {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exploration::{ExplorationParams, RecordedStep};
+    use crate::shaping::PotentialTable;
+
+    /// Action 1 undoes action 0, as was seen between 0 and 1; action 2 was never tried. Advice in 2, entered by action 0.
+    fn advice(optimism: Optimism) -> Vec<f64> {
+        let params = ExplorationParams {
+            optimism,
+            ..Default::default()
+        };
+        let mut model = ExplorationModel::new(params, 3);
+        let mut graph = TransitionGraph::new(3);
+        (0..3).for_each(|_| {
+            graph.add_state();
+        });
+        model.reckoning.add_start(StateId(0));
+        let mut step = |from, action, to| {
+            let (from, to, action) = (StateId(from), StateId(to), Action(action));
+            let first_time = graph.tries(from, action) == 0;
+            graph.record(from, action, -1.0, to, false);
+            let terminated = false;
+            model.learn(
+                &graph,
+                RecordedStep {
+                    from,
+                    action,
+                    to,
+                    terminated,
+                    first_time,
+                },
+                false,
+            );
+        };
+        for _ in 0..8 {
+            step(0, 0, 1);
+            step(1, 1, 0);
+        }
+        step(0, 0, 1);
+        step(1, 0, 2);
+        let mut advice = vec![0.0; 3];
+        let flat = PotentialTable::new();
+        model.point_out_way_back(&graph, StateId(2), &flat, &mut advice);
+        advice
+    }
+
+    #[test]
+    fn of_what_is_untried_only_the_way_back_is_not_advised_against() {
+        let strength = ExplorationParams::default().frontier_advice;
+        assert_eq!(advice(Optimism::ExpectedReturn), [-strength, 0.0, -strength]);
+        assert_eq!(advice(Optimism::SeenGoals), [0.0; 3]);
+    }
+}

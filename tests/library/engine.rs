@@ -208,14 +208,14 @@ fn shaping_and_exploration_save_most_of_the_regret() {
             ),
             200,
         );
-        let plain = run(
-            &mut engine(
-                open(15),
-                &params(PotentialKind::None, ExplorationKind::None),
-                seed,
-            ),
-            200,
-        );
+        let params = params(PotentialKind::None, ExplorationKind::None);
+        let actor_critic = AgentParams {
+            kind: AgentKind::ActorCritic,
+            ..Default::default()
+        };
+        let pipeline = ShapingPipeline::new(&params, 4, None, seed).unwrap();
+        let actor_critic = build_agent(&actor_critic, 4, 1.0, seed);
+        let plain = run(&mut Engine::new(open(15), pipeline, actor_critic), 200);
         let ratio = regret(&shaped, best.expected_return) / regret(&plain, best.expected_return);
         assert!(ratio <= 0.15, "seed {seed}: ratio {ratio}");
         let last = &shaped[shaped.len() - 20..];

@@ -214,13 +214,14 @@ fn an_error_in_the_middle_of_a_step_leaves_nothing_half_done() {
     pipeline.observe(Action(0), &on(1, -1.0)).unwrap();
     let end = step(2, 0.0, StepStatus::Terminated);
     pipeline.observe(Action(0), &end).unwrap();
-    let before = pipeline.potential().clone();
+    let mut before = pipeline.potential().clone();
 
     let mut recorded: HashMap<(u32, u16, u32), u32> = HashMap::new();
     pipeline.begin_episode(&0);
     let mut at = 0;
     let mut failed = None;
     for next in 3..40 {
+        before = pipeline.potential().clone();
         let seen = pipeline.observe(Action(1), &on(next, -f64::MAX / 2.0));
         *recorded.entry((at, 1, next)).or_default() += 1;
         at = next;

@@ -72,13 +72,15 @@ fn what_advice_does_to_the_promise_is_said() {
         let checks = data["arms"][0]["checks"].as_array().unwrap().clone();
         let about_advice = |check: &serde_json::Value| {
             let name = check["name"].as_str().unwrap();
-            name.starts_with("Climbing φ")
+            name.starts_with("Following φ")
         };
         checks.into_iter().find(about_advice)
     };
-    let advised = check("advised", &["exploration.potential_advice=20"]);
-    let advised = advised.expect("it advises");
-    assert_eq!(advised["holds"], false, "{advised}");
+    let advice = "exploration.potential_advice=20";
+    let right = check("right", &[advice]).expect("it advises");
+    assert_eq!(right["holds"], true, "φ knows of the falls: {right}");
+    let wrong = check("wrong", &[advice, "shaping.potential=negated-oracle"]);
+    assert_eq!(wrong.expect("it advises")["holds"], false);
     assert_eq!(check("by-default", &[]), None);
     let alone = ["exploration.potential_advice=20", "exploration.kind=none"];
     assert_eq!(check("alone", &alone), None);
