@@ -45,7 +45,7 @@ mod tests {
     use crate::exploration::{ExplorationParams, RecordedStep};
     use crate::shaping::PotentialTable;
 
-    /// Action 1 undoes action 0, as was seen between 0 and 1; action 2 was never tried. Advice in 2, entered by action 0.
+    /// Action 1 undoes action 0, as was seen along a corridor; action 2 was never tried. Advice at its end, entered by action 0.
     fn advice(optimism: Optimism) -> Vec<f64> {
         let params = ExplorationParams {
             optimism,
@@ -53,7 +53,7 @@ mod tests {
         };
         let mut model = ExplorationModel::new(params, 3);
         let mut graph = TransitionGraph::new(3);
-        (0..3).for_each(|_| {
+        (0..12).for_each(|_| {
             graph.add_state();
         });
         model.reckoning.add_start(StateId(0));
@@ -74,22 +74,25 @@ mod tests {
                 false,
             );
         };
-        for _ in 0..8 {
-            step(0, 0, 1);
-            step(1, 1, 0);
+        for place in 0..10 {
+            step(place, 0, place + 1);
+            step(place + 1, 1, place);
+            step(place, 0, place + 1);
         }
-        step(0, 0, 1);
-        step(1, 0, 2);
+        step(10, 0, 11);
         let mut advice = vec![0.0; 3];
         let flat = PotentialTable::new();
-        model.point_out_way_back(&graph, StateId(2), &flat, &mut advice);
+        model.point_out_way_back(&graph, StateId(11), &flat, &mut advice);
         advice
     }
 
     #[test]
     fn of_what_is_untried_only_the_way_back_is_not_advised_against() {
         let strength = ExplorationParams::default().frontier_advice;
-        assert_eq!(advice(Optimism::ExpectedReturn), [-strength, 0.0, -strength]);
+        assert_eq!(
+            advice(Optimism::ExpectedReturn),
+            [-strength, 0.0, -strength]
+        );
         assert_eq!(advice(Optimism::SeenGoals), [0.0; 3]);
     }
 }

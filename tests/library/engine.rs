@@ -2,8 +2,8 @@
 
 use crate::env_worlds::grid_world;
 use eigentrail::agent::{
-    Agent, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation, UpdateInfo,
-    build_agent,
+    Agent, AgentKind, AgentParams, AnyAgent, Experience, FeatureKind, RandomAgent, Situation,
+    UpdateInfo, build_agent,
 };
 use eigentrail::engine::{
     Engine, EpisodeRecord, PipelineError, PipelineParams, RefreshRecord, ShapingPipeline,
