@@ -287,14 +287,14 @@ fn nearest_first(choices: &Choices, step_reward: f64) -> (Vec<f64>, Vec<u32>) {
     let best = choices.best_end();
     let mut distance = vec![f64::INFINITY; n];
     let mut heap = BinaryHeap::new();
-    for state in 0..n {
+    for (state, distance) in distance.iter_mut().enumerate() {
         let ends = choices.of(state).map(|c| choices.choices[c]);
         let short = ends
             .filter(|choice| choice.may_end)
             .map(|choice| (best - choice.reward) / step_reward);
         if let Some(short) = short.reduce(f64::min) {
-            distance[state] = short + 1.0;
-            heap.push(Reverse((distance[state].to_bits(), state as u32)));
+            *distance = short + 1.0;
+            heap.push(Reverse((distance.to_bits(), state as u32)));
         }
     }
     let cost = |choice: u32| match step_reward.is_finite() {

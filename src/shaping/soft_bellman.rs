@@ -239,7 +239,7 @@ impl<'p> SoftBellman<'p> {
     /// Sets V̂, π and W to those of `v`. O(outcomes + choices).
     fn update(&mut self, tau: &[f64], v: &[f64]) {
         let process = self.process;
-        for i in 0..process.len() {
+        for (i, &tau) in tau.iter().enumerate() {
             let choices = process.choices_of(i);
             self.choices.clear();
             self.choices
@@ -248,7 +248,7 @@ impl<'p> SoftBellman<'p> {
                 let c = process.owners()[e] as usize - choices.start;
                 self.choices[c] += process.probabilities()[e] * v[process.columns()[e] as usize];
             }
-            self.backed_up[i] = self.soft_maximum(i, tau[i]);
+            self.backed_up[i] = self.soft_maximum(i, tau);
             let mut far = 0.0;
             for e in process.range(i) {
                 let c = process.owners()[e] as usize - choices.start;

@@ -884,7 +884,8 @@ fn the_scale_is_that_of_the_reward() {
 #[test]
 fn before_the_first_goal_kinds_made_of_ways_are_flat() {
     let mut world = Map::open(3, 3, &[8]).fully_explored();
-    (world.goals.clear(), world.ends.fill(false));
+    world.goals.clear();
+    world.ends.fill(false);
     let made_of_returns = |kind| build(kind).is_made_of_returns();
     let kinds = PotentialKind::ALL.into_iter();
     assert_eq!(
@@ -896,7 +897,8 @@ fn before_the_first_goal_kinds_made_of_ways_are_flat() {
     }
     // Steps that cost nothing tell those made of returns nothing either.
     let mut free = Map::open(3, 3, &[8]).explored(0.0, |_, _| true);
-    (free.goals.clear(), free.ends.fill(false));
+    free.goals.clear();
+    free.ends.fill(false);
     for kind in RETURNS {
         let phi = free.fit(kind).values;
         let small = tolerance(discount(1.0, 9));
