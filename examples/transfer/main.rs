@@ -80,21 +80,13 @@ impl Place {
     fn new(graph: SymmetricCsr, goal: StateId) -> Result<Self, Failure> {
         let problem = ShortestPathProblem::uniform(&TransitionMatrix::undirected(&graph), &[goal]);
         let model = LearntModel::uniform(&graph, &[goal]);
-        let mut place = Self {
+        Ok(Self {
+            returns: model.optimal_returns(),
             graph,
             goal,
             problem,
             model,
-            returns: Vec::new(),
-        };
-        let mut hops = HopsPotential { scale_factor: 1.0 };
-        let shortest = place.fit(&mut hops, Mat::zeros(0, 0).as_ref())?.values;
-        let process = &place.model.process;
-        let mut reached = process.order()[..process.num_reached()].to_vec();
-        reached.sort_unstable();
-        let value = |s: u32| (StateId(s), shortest[s as usize]);
-        place.returns = reached.into_iter().map(value).collect();
-        Ok(place)
+        })
     }
 
     fn fit(

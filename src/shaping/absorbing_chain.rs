@@ -11,7 +11,6 @@
 
 use super::cost_to_go::cost_to_go;
 use super::transition_matrix::TransitionMatrix;
-use crate::graph::StateId;
 use std::ops::Range;
 
 /// An absorbing chain: P restricted to the states that can reach a goal, rows and columns by position.
@@ -141,25 +140,5 @@ impl AbsorbingChain {
     /// How likely each of them is. The sum is below 1 where a move leads out of reach of the goals.
     pub fn probabilities_of(&self, p: usize) -> &[f64] {
         &self.probabilities[self.range(p)]
-    }
-
-    /// States past the goals none of whose moves leads to a larger φ (`values` by state), ascending. Where moves
-    /// can be taken back this is [`spurious_maxima`](super::spurious_maxima); on a directed world it is what that
-    /// should mean, since an agent can only climb along moves that exist. O(nnz).
-    ///
-    /// # Panics
-    /// If `values` has not one entry per state.
-    pub fn spurious_maxima(&self, values: &[f64]) -> Vec<StateId> {
-        assert_eq!(values.len(), self.num_states, "one value per state");
-        let at = |position: &u32| values[self.order[*position as usize] as usize];
-        let mut found: Vec<StateId> = (self.num_goals..self.len())
-            .filter(|&p| {
-                let here = at(&(p as u32));
-                !self.columns_of(p).iter().any(|j| at(j) > here)
-            })
-            .map(|p| StateId(self.order[p]))
-            .collect();
-        found.sort_unstable();
-        found
     }
 }

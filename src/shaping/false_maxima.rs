@@ -12,7 +12,10 @@ use crate::graph::{StateId, TransitionGraph};
 
 /// False maxima of `potential` on the world as far as it was observed, ascending; `ends` by state (shorter if the last ones are
 /// none). None without a goal. O((n + transitions) log n).
-pub(crate) fn false_maxima(
+///
+/// # Panics
+/// If a goal is out of range.
+pub fn false_maxima(
     graph: &TransitionGraph,
     goals: &[Goal],
     ends: &[bool],

@@ -3,9 +3,8 @@
 use super::absorbing_chain::AbsorbingChain;
 use super::decision_process::{Choices, DecisionProcess};
 use super::fit_context::FitContext;
-use super::hops::HopsPotential;
 use super::learnt_model::LearntModel;
-use super::return_context::{ReturnContext, ReturnPotential};
+use super::return_context::ReturnContext;
 use super::shortest_path::ShortestPathProblem;
 use super::transition_matrix::TransitionMatrix;
 use crate::graph::{StateId, SymmetricCsr};
@@ -56,6 +55,20 @@ pub fn any_graph() -> impl Strategy<Value = SymmetricCsr> {
     })
 }
 
+/// Graphs of 40 nodes where nearly all neighbours are far: complete, in the layers 0 – {1, 2, 3} – {4 … 39}, and a star with 0 on a ray.
+pub fn far_reaching_graphs() -> [SymmetricCsr; 3] {
+    let joined = |keep: fn(usize, usize) -> bool| {
+        let pairs = (0..40).flat_map(|i| (0..i).map(move |j| (j, i)));
+        let edges: Vec<_> = pairs.filter(|&(j, i)| keep(j, i)).collect();
+        graph(40, &edges)
+    };
+    [
+        joined(|_, _| true),
+        joined(|j, i| (j == 0 && i < 4) || (1..4).contains(&j) && i >= 4),
+        joined(|j, i| j == 0 && i == 1 || j == 1),
+    ]
+}
+
 /// Calls `check` with a context on a 9 × 8 grid with two walls, goal in a corner, and `features` columns of features. The agent
 /// has had the returns of shortest ways, from everywhere.
 pub fn on_grid(features: usize, check: impl FnOnce(&ReturnContext<'_>)) {
@@ -64,22 +77,12 @@ pub fn on_grid(features: usize, check: impl FnOnce(&ReturnContext<'_>)) {
         ((i * (c + 2) * 37) % 29) as f64 / 14.0 - 1.0
     });
     let model = LearntModel::uniform(&adjacency, &[StateId(0)]);
-    let mut context = ReturnContext {
+    check(&ReturnContext {
         model: &model,
         adjacency: &adjacency,
         features: features.as_ref(),
-        returns: &[],
-    };
-    let shortest = HopsPotential { scale_factor: 1.0 }.fit_to_returns(&context);
-    let values = shortest.unwrap().values;
-    let reached = &model.process.order()[..model.process.num_reached()];
-    let mut returns: Vec<_> = reached
-        .iter()
-        .map(|&s| (StateId(s), values[s as usize]))
-        .collect();
-    returns.sort_unstable_by_key(|&(state, _)| state);
-    context.returns = &returns;
-    check(&context);
+        returns: &model.optimal_returns(),
+    });
 }
 
 /// Calls `check` with a context of this problem on this graph, without features and labels.

@@ -23,6 +23,8 @@
 
 use super::ShapingError;
 use super::decision_process::{Choices, DecisionProcess};
+use super::shortest_path::median;
+use super::soft_bellman::SoftBellman;
 use crate::graph::{ObservedOutcome, StateId, SymmetricCsr, TransitionGraph};
 
 /// Episodes are reckoned so many times as long as the states are many.
@@ -90,7 +92,10 @@ impl LearntModel {
     }
 
     /// The model of a bare graph: each step costs 1, goals end episodes. An edge is a choice, a priori as likely as it weighs. Nodes that lead
-    /// to no goal can only stay.
+    /// to no goal can only stay. O((n + nnz) log n).
+    ///
+    /// # Panics
+    /// If a goal is out of range.
     pub fn uniform(adjacency: &SymmetricCsr, goals: &[StateId]) -> Self {
         let n = adjacency.num_nodes();
         let mut ends = vec![false; n];
@@ -119,6 +124,16 @@ impl LearntModel {
             model.choices.end_state();
         }
         model.finish()
+    }
+
+    /// Returns-to-go of the best policy, of the states from which an end can be reached, ascending by state. A solve at temperature 0.
+    pub fn optimal_returns(&self) -> Vec<(StateId, f64)> {
+        let mut solver = SoftBellman::new(&self.process);
+        let (v, _) = solver.solve_cold(&self.temperatures(0.0), self.tolerance());
+        let reached = self.process.order()[..self.process.num_reached()].iter();
+        let mut returns: Vec<_> = reached.map(|&state| StateId(state)).zip(v).collect();
+        returns.sort_unstable_by_key(|&(state, _)| state);
+        returns
     }
 
     /// Temperatures by position: `tau` typical steps everywhere.
@@ -253,15 +268,6 @@ fn mean_rewards_into(graph: &TransitionGraph, paid: impl Fn(&ObservedOutcome) ->
     }
     let mean = |(reward, count): (f64, f64)| if count > 0.0 { reward / count } else { 0.0 };
     sums.into_iter().map(mean).collect()
-}
-
-/// The lower median.
-fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = (values.len() - 1) / 2;
-    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ pub use any::{AnyPotential, build_potential};
 pub use class_probability::ClassProbabilityPotential;
 pub use decision_process::DecisionProcess;
 pub use default_representation::DefaultRepresentationPotential;
-pub(crate) use false_maxima::false_maxima;
+pub use false_maxima::false_maxima;
 pub use fit_context::{FitContext, GraphPotential};
 pub use given::GivenPotential;
 pub use heat::HeatPotential;

@@ -2,15 +2,14 @@
 
 use super::any::AnyPotential;
 use super::fit_context::FitContext;
-use super::hops::HopsPotential;
 use super::learnt_model::LearntModel;
-use super::return_context::{ReturnContext, ReturnPotential};
+use super::return_context::ReturnContext;
 use super::shortest_path::ShortestPathProblem;
 use super::transition_matrix::TransitionMatrix;
 use super::{PotentialFit, PotentialKind, ShapingError, ShapingParams};
 use crate::gcn::GcnParams;
 use crate::graph::{StateId, SymmetricCsr};
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 /// φ of every node of `adjacency` for an agent that wants to reach one of `goals`. Edge weights are relative
 /// probabilities of moves; distances count hops. `features` (n′ × k, see
@@ -45,7 +44,8 @@ pub fn potential_on_graph(
     let mut potential = AnyPotential::new(&shaping, gcn, seed);
     if let Some(potential) = potential.of_returns() {
         let model = LearntModel::uniform(adjacency, &goals);
-        let returns = shortest_returns(adjacency, &model)?;
+        // Nobody has been here whose returns could be labels.
+        let returns = model.optimal_returns();
         return potential.fit_to_returns(&ReturnContext {
             model: &model,
             adjacency,
@@ -81,26 +81,6 @@ fn checked_goals(goals: &[StateId], nodes: usize) -> Result<Vec<StateId>, Shapin
     goals.sort_unstable();
     goals.dedup();
     Ok(goals)
-}
-
-/// What an agent is paid that takes the shortest way, by node: nobody has been here whose returns could be labels.
-fn shortest_returns(
-    adjacency: &SymmetricCsr,
-    model: &LearntModel,
-) -> Result<Vec<(StateId, f64)>, ShapingError> {
-    let shortest = HopsPotential { scale_factor: 1.0 }.fit_to_returns(&ReturnContext {
-        model,
-        adjacency,
-        features: Mat::zeros(0, 0).as_ref(),
-        returns: &[],
-    })?;
-    let reached = &model.process.order()[..model.process.num_reached()];
-    let mut returns: Vec<_> = reached
-        .iter()
-        .map(|&s| (StateId(s), shortest.values[s as usize]))
-        .collect();
-    returns.sort_unstable_by_key(|&(state, _)| state);
-    Ok(returns)
 }
 
 /// Goals are rewarding; the farthest node, if there is one, is not.

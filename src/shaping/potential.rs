@@ -107,7 +107,7 @@ pub(crate) fn check_finite(values: &[f64]) -> Result<(), ShapingError> {
 /// Where φ lies to an agent that climbs it: non-goal nodes, reachable from a goal, none of whose neighbours has a
 /// larger φ. A node is no neighbour of itself. Ascending; O(n + edges).
 ///
-/// On a directed world use [`AbsorbingChain::spurious_maxima`](super::absorbing_chain::AbsorbingChain::spurious_maxima), which looks at the
+/// On an explored world use [`false_maxima`](super::false_maxima()), which looks at the
 /// moves there are instead of at the symmetrised graph.
 ///
 /// # Panics

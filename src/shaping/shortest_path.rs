@@ -222,7 +222,7 @@ fn observed_costs(graph: &TransitionGraph) -> Result<(Vec<f64>, Option<f64>), Sh
 }
 
 /// The lower median.
-fn median(values: &mut [f64]) -> Option<f64> {
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
     }

@@ -114,11 +114,6 @@ impl<'p> SoftBellman<'p> {
         }
     }
 
-    /// The process.
-    pub fn process(&self) -> &'p DecisionProcess {
-        self.process
-    }
-
     /// KL(π‖w) at the V of the last call: −∂V̂_i/∂τ_i.
     pub fn divergence(&self) -> &[f64] {
         &self.divergence
@@ -173,34 +168,47 @@ impl<'p> SoftBellman<'p> {
     /// choice pays for ever.
     fn worth_of_nearer(&mut self, i: usize, tau: f64, v: &[f64]) -> f64 {
         let process = self.process;
+        self.write_worths(i, |j| v.get(j).copied().unwrap_or(f64::NEG_INFINITY));
+        if self.choices.iter().any(|q| q.is_finite()) {
+            return self.soft_maximum(i, tau);
+        }
+        let near = process.near_range(i);
+        let leads_to = near.map(|e| {
+            let (choice, column) = (process.owners()[e], process.columns()[e]);
+            process.reward(choice as usize) + v[column as usize]
+        });
+        let best = leads_to.fold(f64::NEG_INFINITY, f64::max);
+        match best.is_finite() {
+            true => best,
+            false => self.worth_for_ever(i),
+        }
+    }
+
+    /// What the mean choice of `i` pays if every outcome is as good as `i`.
+    fn worth_for_ever(&self, i: usize) -> f64 {
+        let process = self.process;
+        let ends = |choice: usize| {
+            let entries = process.range(i);
+            let own = entries.filter(|&e| process.owners()[e] as usize == choice);
+            own.fold(1.0, |end, e| end - process.probabilities()[e])
+        };
+        process
+            .choices_of(i)
+            .map(|c| process.prior(c) * process.reward(c) / ends(c).max(1e-9))
+            .sum()
+    }
+
+    /// Writes Q(i, ·) into `self.choices`, with V_j = `value(j)`.
+    fn write_worths(&mut self, i: usize, value: impl Fn(usize) -> f64) {
+        let process = self.process;
         let choices = process.choices_of(i);
         self.choices.clear();
         self.choices
             .extend(choices.clone().map(|c| process.reward(c)));
-        let mut best = f64::NEG_INFINITY;
-        let mut staying = vec![1.0; choices.len()];
         for e in process.range(i) {
             let c = process.owners()[e] as usize - choices.start;
-            staying[c] -= process.probabilities()[e];
-            match v.get(process.columns()[e] as usize) {
-                Some(value) => {
-                    let reward = process.reward(choices.start + c);
-                    best = best.max(reward + value);
-                    self.choices[c] += process.probabilities()[e] * value;
-                }
-                None => self.choices[c] = f64::NEG_INFINITY,
-            }
+            self.choices[c] += process.probabilities()[e] * value(process.columns()[e] as usize);
         }
-        if self.choices.iter().any(|q| q.is_finite()) {
-            return self.soft_maximum(i, tau);
-        }
-        if best.is_finite() {
-            return best;
-        }
-        let terms = choices.clone().zip(staying);
-        terms
-            .map(|(c, end)| process.prior(c) * process.reward(c) / end.max(1e-9))
-            .sum()
     }
 
     /// V̂_i of the Q in `self.choices`, which become π.
@@ -240,18 +248,12 @@ impl<'p> SoftBellman<'p> {
     fn update(&mut self, tau: &[f64], v: &[f64]) {
         let process = self.process;
         for (i, &tau) in tau.iter().enumerate() {
-            let choices = process.choices_of(i);
-            self.choices.clear();
-            self.choices
-                .extend(choices.clone().map(|c| process.reward(c)));
-            for e in process.range(i) {
-                let c = process.owners()[e] as usize - choices.start;
-                self.choices[c] += process.probabilities()[e] * v[process.columns()[e] as usize];
-            }
+            self.write_worths(i, |j| v[j]);
             self.backed_up[i] = self.soft_maximum(i, tau);
+            let first = process.choices_of(i).start;
             let mut far = 0.0;
             for e in process.range(i) {
-                let c = process.owners()[e] as usize - choices.start;
+                let c = process.owners()[e] as usize - first;
                 self.weights[e] = self.choices[c] * process.probabilities()[e];
                 if process.columns()[e] as usize > i {
                     far += self.weights[e];
@@ -261,11 +263,11 @@ impl<'p> SoftBellman<'p> {
         }
     }
 
-    /// Newton steps from `v` until the residual is ≤ `tol`. Gives up after [`max_sweeps`](Self::max_sweeps), or when v is no longer finite.
+    /// Newton steps from `v` until the residual is ≤ `tol`. Gives up after `max_sweeps`, or when v is no longer finite.
     ///
     /// # Panics
     /// If `tau` or `v` has not one entry per position.
-    pub fn solve(&mut self, tau: &[f64], v: &mut [f64], tol: f64) -> SolveStatistics {
+    fn solve(&mut self, tau: &[f64], v: &mut [f64], tol: f64) -> SolveStatistics {
         let mut statistics = SolveStatistics::default();
         let (mut before, mut was_long) = (f64::INFINITY, false);
         loop {
@@ -290,8 +292,8 @@ impl<'p> SoftBellman<'p> {
         }
     }
 
-    /// When [`solve`](Self::solve) gives up.
-    pub fn max_sweeps(&self) -> usize {
+    /// When `solve` gives up.
+    fn max_sweeps(&self) -> usize {
         2000 + self.process.len() / 32
     }
 
@@ -336,7 +338,7 @@ impl<'p> SoftBellman<'p> {
     ///
     /// # Panics
     /// If `b` or `x` has not one entry per position.
-    pub fn solve_linear(&mut self, b: &[f64], x: &mut [f64], tol: f64, max_sweeps: usize) -> usize {
+    fn solve_linear(&mut self, b: &[f64], x: &mut [f64], tol: f64, max_sweeps: usize) -> usize {
         self.iterate(b, x, tol, max_sweeps, Self::sweep)
     }
 

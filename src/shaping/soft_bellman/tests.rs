@@ -1,7 +1,8 @@
 use super::*;
 use crate::graph::SymmetricCsr;
 use crate::shaping::fixtures::{
-    Alternative, any_graph, any_process, graph, grid, path, process, value_iteration, walks, worths,
+    Alternative, any_graph, any_process, far_reaching_graphs, graph, grid, path, process,
+    value_iteration, walks, worths,
 };
 use faer::Mat;
 use faer::prelude::Solve;
@@ -173,20 +174,7 @@ fn grids_agree_with_a_dense_solve() {
 /// Where nearly all neighbours are far, carrying everything along would overshoot without end.
 #[test]
 fn complete_and_bipartite_graphs_and_stars_converge_at_high_temperature() {
-    let all_pairs = |n: usize, keep: fn(usize, usize) -> bool| -> Vec<(usize, usize)> {
-        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (j, i)));
-        pairs.filter(|&(j, i)| keep(j, i)).collect()
-    };
-    let complete = graph(40, &all_pairs(40, |_, _| true));
-    // 0 – {1, 2, 3} – {4 … 39}
-    let layers = graph(
-        40,
-        &all_pairs(40, |j, i| {
-            (j == 0 && i < 4) || (1..4).contains(&j) && i >= 4
-        }),
-    );
-    let star = graph(40, &all_pairs(40, |j, i| j == 0 && i == 1 || j == 1));
-    for adjacency in [complete, layers, star] {
+    for adjacency in far_reaching_graphs() {
         let process = uniform(&adjacency, -1.0);
         for tau in [1000.0, 10.0, 0.3] {
             let (v, statistics) = cold(&process, tau);
