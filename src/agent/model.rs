@@ -70,6 +70,8 @@ pub(crate) struct EmpiricalModel {
     /// Weight of the shaping in the rewards that [`EmpiricalModel::action_value`] adds up.
     mix: f64,
     pairs: Vec<Pair>,
+    /// By state: how many actions were never tried.
+    untried: Vec<u32>,
     /// For each state the first entry that leads to it.
     first_way_in: Vec<u32>,
     terminal: Vec<bool>,
@@ -87,6 +89,7 @@ impl EmpiricalModel {
             num_actions,
             mix,
             pairs: Vec::new(),
+            untried: Vec::new(),
             first_way_in: Vec::new(),
             terminal: Vec::new(),
             entries: Vec::new(),
@@ -114,6 +117,7 @@ impl EmpiricalModel {
                     first: NONE,
                 },
             );
+            self.untried.resize(states, self.num_actions as u32);
             self.first_way_in.resize(states, NONE);
             self.terminal.resize(states, false);
         }
@@ -136,6 +140,7 @@ impl EmpiricalModel {
         entry.reward_sum += experience.reward;
         entry.shaping = experience.shaping;
         let place = self.place(from, experience.action);
+        self.untried[from.index()] -= u32::from(self.pairs[place].tries == 0);
         self.pairs[place].tries += 1;
         let terminal = experience.status == StepStatus::Terminated;
         let changed = std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal;
@@ -199,9 +204,12 @@ impl EmpiricalModel {
         &self.pairs[place..place + self.num_actions]
     }
 
-    /// Whether some action of `state` was never tried. O(actions).
+    /// Whether some action of `state` was never tried.
+    ///
+    /// # Panics
+    /// If the state is beyond the model.
     pub fn has_untried(&self, state: StateId) -> bool {
-        self.pairs_of(state).iter().any(|pair| pair.tries == 0)
+        self.untried[state.index()] > 0
     }
 
     /// Σ_a N(state, a). O(actions).

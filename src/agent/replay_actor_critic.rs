@@ -59,7 +59,7 @@ const DOUBT: f64 = 0.5;
 const FURTHER_DOUBT: f64 = 1.0 / 64.0;
 /// Plans reckon with episodes so many times as long as the longest one seen.
 const LONG_EPISODES: f64 = 10.0;
-/// Changes below this share of c are not passed on.
+/// Changes that add up to less than this share of c are not passed on.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Steps a known state before which nothing is tried for the sake of the limit alone.
 const LONG_LIFE: u64 = 8192;
@@ -179,6 +179,8 @@ pub struct ReplayActorCritic {
     potential: Vec<f64>,
     /// V by state.
     values: Vec<f64>,
+    /// V + mφ by state, as of when it was last passed on.
+    passed_on: Vec<f64>,
     /// By state: where the best action leads.
     ways: Vec<Way>,
     /// Whether values have begun at φ since the last change of where episodes end.
@@ -206,6 +208,7 @@ impl ReplayActorCritic {
             stochastic: false,
             potential: Vec::new(),
             values: Vec::new(),
+            passed_on: Vec::new(),
             ways: Vec::new(),
             begun: false,
             queue: SweepQueue::default(),
@@ -291,9 +294,12 @@ impl ReplayActorCritic {
         let (value, way) = self.best_action_value(state);
         let change = value - std::mem::replace(&mut self.values[state.index()], value);
         let flipped = std::mem::replace(&mut self.ways[state.index()], way) != way;
-        let matters = change.abs() > NEGLIGIBLE * self.scale.step_cost() || flipped;
+        let worth = self.worth(state);
+        let news = (worth - self.passed_on[state.index()]).abs();
+        let matters = news > NEGLIGIBLE * self.scale.step_cost() || flipped;
         if matters && !self.model.is_terminal(state) {
-            self.pass_on(state, change.abs().max(f64::MIN_POSITIVE));
+            self.passed_on[state.index()] = worth;
+            self.pass_on(state, news.max(f64::MIN_POSITIVE));
         }
         change
     }
@@ -358,6 +364,7 @@ impl ReplayActorCritic {
     fn begin_at_potential(&mut self) {
         self.begun = true;
         self.values.fill(0.0);
+        self.passed_on = self.potential.iter().map(|phi| self.mix * phi).collect();
         let mut order: Vec<u32> = (0..self.values.len() as u32).collect();
         let phi = |state: u32| self.potential[state as usize];
         order.sort_by(|&a, &b| phi(b).total_cmp(&phi(a)));
@@ -371,6 +378,7 @@ impl ReplayActorCritic {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
             self.values.resize(state.index() + 1, 0.0);
+            self.passed_on.resize(state.index() + 1, self.mix * potential);
             self.ways.resize(state.index() + 1, Way::Unknown);
             self.potential.resize(state.index() + 1, potential);
         }

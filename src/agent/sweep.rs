@@ -1,76 +1,70 @@
 //! A queue of items to update, most urgent first (prioritised sweeping, Moore & Atkeson 1993).
 //!
-//! An item has one place at most: raising its priority adds a second copy to the heap, and the outdated one is
-//! skipped when it surfaces. Equal priorities come out in order of number, so that runs repeat.
+//! Priorities within a factor of two are one class, and come out latest first: a sweep gains nothing from a finer order, and an item that becomes
+//! slightly more urgent need not move. One that enters a higher class leaves its old place behind, which is skipped when it surfaces.
 
 use serde::{Deserialize, Serialize};
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Urgency {
-    priority: f64,
-    item: u32,
-}
-
-impl Eq for Urgency {}
-
-impl Ord for Urgency {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.priority
-            .total_cmp(&other.priority)
-            .then(other.item.cmp(&self.item))
-    }
-}
-
-impl PartialOrd for Urgency {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
+use std::collections::BTreeMap;
 
 /// Items 0, 1, 2, … with priorities > 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SweepQueue {
-    heap: BinaryHeap<Urgency>,
-    /// The priority of each item; 0 when it does not wait.
-    waiting: Vec<f64>,
+    /// Items by class, and places that items have left.
+    classes: BTreeMap<u16, Vec<u32>>,
+    /// The class of each item; 0 when it does not wait.
+    waiting: Vec<u16>,
 }
 
 impl SweepQueue {
-    /// Makes `item` wait with `priority`, or raises it to that; ignored if priority is not above 0. O(log n).
+    /// Makes `item` wait with `priority`, or raises it to that; ignored if priority is not above 0. O(log classes).
+    #[inline]
     pub fn push(&mut self, item: usize, priority: f64) {
         if item >= self.waiting.len() {
-            self.waiting.resize(item + 1, 0.0);
+            self.waiting.resize(item + 1, 0);
         }
-        if priority > self.waiting[item] {
-            self.waiting[item] = priority;
+        let class = class_of(priority);
+        if class > self.waiting[item] {
+            self.waiting[item] = class;
             let item = u32::try_from(item).expect("items are numbered by u32");
-            self.heap.push(Urgency { priority, item });
+            self.classes.entry(class).or_default().push(item);
         }
     }
 
-    /// The priority of the most urgent item; 0 if none waits. Amortised O(log n).
+    /// A power of two that no waiting item's priority exceeds and the most urgent one's half; 0 if none waits. Amortised O(log classes).
     pub fn most_urgent(&mut self) -> f64 {
-        while let Some(top) = self.heap.peek() {
-            if self.waiting[top.item as usize] == top.priority {
-                return top.priority;
-            }
-            self.heap.pop();
-        }
-        0.0
+        let Some(item) = self.first() else {
+            return 0.0;
+        };
+        f64::from_bits(u64::from(self.waiting[item] + 1) << 52)
     }
 
-    /// Takes the most urgent item. Amortised O(log n).
+    /// Takes the most urgent item. Amortised O(log classes).
+    #[inline]
     pub fn pop(&mut self) -> Option<usize> {
-        while let Some(Urgency { priority, item }) = self.heap.pop() {
-            let item = item as usize;
-            if self.waiting[item] == priority {
-                self.waiting[item] = 0.0;
-                return Some(item);
+        let item = self.first()?;
+        self.waiting[item] = 0;
+        Some(item)
+    }
+
+    /// The most urgent item; it stays. Drops the places that items have left before it.
+    fn first(&mut self) -> Option<usize> {
+        while let Some(mut class) = self.classes.last_entry() {
+            let waits = |&item: &u32| self.waiting[item as usize] == *class.key();
+            match class.get().last().copied().filter(waits) {
+                Some(item) => return Some(item as usize),
+                None if class.get().is_empty() => drop(class.remove()),
+                None => drop(class.get_mut().pop()),
             }
         }
         None
+    }
+}
+
+/// The binary exponent of a number, from 1; 0 for what is not above 0.
+fn class_of(priority: f64) -> u16 {
+    match priority > 0.0 {
+        true => ((priority.to_bits() >> 52) as u16).max(1),
+        false => 0,
     }
 }
 

@@ -10,6 +10,10 @@ use faer::MatRef;
 const FIRST_SWEEPS: usize = 40;
 const SWEEPS_PER_EPOCH: usize = 4;
 
+/// Training ends early when so many epochs have not lowered the loss by so much of it: the labels are noisy, and what is left is their noise.
+const PATIENCE: usize = 10;
+const PROGRESS: f64 = 0.05;
+
 /// The input of the network: T̂ and T̂X, the same in all epochs.
 #[derive(Clone, Copy)]
 pub(super) struct Inputs<'a> {
@@ -54,7 +58,14 @@ pub(super) fn train(
     let mut best = network.gcn.clone();
     let mut gradient = network.gcn.parameters().zeros_like();
     let mut sweeps = FIRST_SWEEPS;
+    let mut milestone = initial_loss;
     while statistics.epochs < effort.epochs && statistics.loss > effort.end_at {
+        if statistics.epochs % PATIENCE == 0 && statistics.epochs > 0 {
+            if statistics.loss > (1.0 - PROGRESS) * milestone {
+                break;
+            }
+            milestone = statistics.loss;
+        }
         let upstream = objective.gradient(sweeps);
         network
             .gcn
