@@ -4,13 +4,13 @@
 //! slightly more urgent need not move. One that enters a higher class leaves its old place behind, which is skipped when it surfaces.
 
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Items 0, 1, 2, … with priorities > 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SweepQueue {
     /// Items by class, and places that items have left.
-    classes: BTreeMap<u16, Vec<u32>>,
+    classes: BTreeMap<u16, VecDeque<u32>>,
     /// The class of each item; 0 when it does not wait.
     waiting: Vec<u16>,
 }
@@ -26,7 +26,7 @@ impl SweepQueue {
         if class > self.waiting[item] {
             self.waiting[item] = class;
             let item = u32::try_from(item).expect("items are numbered by u32");
-            self.classes.entry(class).or_default().push(item);
+            self.classes.entry(class).or_default().push_back(item);
         }
     }
 
@@ -50,10 +50,10 @@ impl SweepQueue {
     fn first(&mut self) -> Option<usize> {
         while let Some(mut class) = self.classes.last_entry() {
             let waits = |&item: &u32| self.waiting[item as usize] == *class.key();
-            match class.get().last().copied().filter(waits) {
+            match class.get().front().copied().filter(waits) {
                 Some(item) => return Some(item as usize),
                 None if class.get().is_empty() => drop(class.remove()),
-                None => drop(class.get_mut().pop()),
+                None => drop(class.get_mut().pop_front()),
             }
         }
         None

@@ -6,7 +6,7 @@
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
 //! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
 //!
-//! With [`Optimism::ExpectedReturn`], where actions slip, L is what the best policy known may be expected to cost, in steps.
+//! With [`Optimism::ExpectedReturn`], where actions slip, L is what the best policy known may be expected to cost, in hops.
 //!
 //! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
 //! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.

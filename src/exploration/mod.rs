@@ -11,6 +11,7 @@
 //! | [`CountBonus`] | β/√N, the peer |
 
 mod count_bonus;
+mod certainty;
 mod dead_reckoning;
 mod distances;
 mod expected_return;

@@ -3,6 +3,7 @@
 //! What actions do, where episodes end, which goals are known and how far they are, and what has to be looked at again
 //! after the last goal was lost. Where one explorer stands, and what it has planned, is [`Explorer`](super::Explorer).
 
+use super::certainty::typical_certainty;
 use super::dead_reckoning::DeadReckoning;
 use super::distances::Distances;
 use super::expected_return::ExpectedReturn;
@@ -46,9 +47,10 @@ pub struct ExplorationModel {
     pub(super) reckoning: DeadReckoning,
     pub(super) to_goal: Distances,
     pub(super) destinations: Vec<Destination>,
-    /// Of the best policy known, and the reward of the best goal and the mean cost of a step to reckon it in steps; with
-    /// [`Optimism::ExpectedReturn`], where actions slip and steps cost.
+    /// Of the best policy known, and the chance of a step to go where it mostly does, the reward of the best goal and the mean cost of a step to reckon it
+    /// in hops; with [`Optimism::ExpectedReturn`], where actions slip and steps cost.
     expected: ExpectedReturn,
+    certainty: f64,
     best_goal: f64,
     pub(super) step_cost: f64,
     /// By state: episodes end there. Shorter than the graph if the last states are none of these.
@@ -80,6 +82,7 @@ impl ExplorationModel {
             to_goal: Distances::default(),
             destinations: Vec::new(),
             expected: ExpectedReturn::default(),
+            certainty: 1.0,
             best_goal: 0.0,
             step_cost: 0.0,
             terminal: Vec::new(),
@@ -130,6 +133,7 @@ impl ExplorationModel {
         (self.best_goal, self.step_cost) = (best_goal, step_cost);
         if self.reckons_returns() {
             self.expected.update(graph, &self.terminal, step_cost);
+            self.certainty = typical_certainty(graph);
         }
     }
 
@@ -138,13 +142,13 @@ impl ExplorationModel {
         self.params.optimism == Optimism::ExpectedReturn && self.stochastic && self.step_cost > 0.0
     }
 
-    /// L: the hops of the best path known from `start` to a goal, or the steps that would cost as much as the best policy known may
-    /// be expected to, if those are more.
+    /// L: the hops of the best path known from `start` to a goal, or those that would cost as much as the best policy known may
+    /// be expected to, if they are more.
     pub(super) fn best_steps(&self, start: StateId) -> u32 {
         let hops = self.to_goal.get(start);
         let expected = self.expected.get(start).filter(|_| self.reckons_returns());
         let steps = expected.map_or(0.0, |value| 1.0 + (self.best_goal - value) / self.step_cost);
-        hops.max((steps - ROUNDING).ceil() as u32)
+        hops.max((steps * self.certainty - ROUNDING).ceil() as u32)
     }
 
     /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).

@@ -41,10 +41,17 @@ pub(super) struct Objective<'a> {
     mu: Vec<f64>,
     /// By state.
     z_gradient: Vec<f64>,
-    /// The lowest loss so far, and z there.
-    best: (f64, Vec<f64>),
+    best: Best,
     /// V is not solved to full tolerance.
     has_moved: bool,
+}
+
+/// The lowest loss so far, with z (by state) and v (by position) there.
+#[derive(Default)]
+struct Best {
+    loss: f64,
+    z: Vec<f64>,
+    v: Vec<f64>,
 }
 
 /// What is left of an objective: z by state, V by position.
@@ -78,8 +85,8 @@ impl<'a> Objective<'a> {
             statistics: SolveStatistics::default(),
             v_gradient: by_position.clone(),
             mu: by_position,
-            z_gradient: by_state.clone(),
-            best: (f64::INFINITY, by_state),
+            z_gradient: by_state,
+            best: Best::default(),
             has_moved: false,
         }
     }
@@ -89,7 +96,7 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// If the loss is not finite.
     pub fn begin(&mut self, z: MatRef<'_, f64>) -> Result<f64, GcnError> {
-        self.best.0 = f64::INFINITY;
+        self.best.loss = f64::INFINITY;
         self.set_temperatures(z);
         self.solve();
         self.loss(0)
@@ -128,8 +135,9 @@ impl<'a> Objective<'a> {
     /// z with the lowest loss, and the V that belongs to it, to full tolerance.
     pub fn finish(mut self) -> Finished {
         if self.has_moved {
-            let best = std::mem::take(&mut self.best.1);
-            self.set_temperatures(MatRef::from_column_major_slice(&best, best.len(), 1));
+            let Best { z, v, .. } = std::mem::take(&mut self.best);
+            self.set_temperatures(MatRef::from_column_major_slice(&z, z.len(), 1));
+            self.v = v;
             self.solve();
         }
         Finished {
@@ -174,9 +182,10 @@ impl<'a> Objective<'a> {
         if !loss.is_finite() {
             return Err(GcnError::Diverged { epoch, loss });
         }
-        if loss < self.best.0 {
-            self.best.0 = loss;
-            self.best.1.copy_from_slice(&self.z);
+        if loss < self.best.loss {
+            self.best.loss = loss;
+            self.best.z.clone_from(&self.z);
+            self.best.v.clone_from(&self.v);
         }
         Ok(loss)
     }
