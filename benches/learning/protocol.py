@@ -127,7 +127,7 @@ ADVICE = Axis("exploration.potential_advice", (0.3, 1.0, 3.0, 10.0, 20.0, 40.0),
 FRONTIER = Axis("exploration.frontier_advice", (1.0, 3.0, 6.0, 12.0, 24.0, 48.0), (2, 3, 4))
 TRIES = Axis("agent.known_after", (1, 2, 4, 8, 16, 32, 64), (0, 1, 2))
 OPTIMISM = Axis("agent.initial_value", (0.0, 1.0, 10.0, 100.0), (0, 1, 2))
-BACKUPS = Axis("agent.planning_steps", (1, 5, 10, 20, 50, 100, 200), (2, 3, 4))
+BACKUPS = Axis("agent.planning_steps", (1, 3, 10, 30, 100, 300), (1, 2, 3))
 HORIZON = Axis("agent.horizon", (10, 30, 100, 300, 1000), (1, 2, 3))
 
 ARMS = [

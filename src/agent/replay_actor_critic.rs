@@ -81,9 +81,9 @@ impl Default for ReplayActorCriticParams {
     fn default() -> Self {
         Self {
             gamma: 1.0,
-            planning_steps: 10,
+            planning_steps: 3,
             untried: Untried::Advised,
-            bonus: 0.3,
+            bonus: 0.6,
         }
     }
 }
@@ -447,7 +447,8 @@ impl Agent for ReplayActorCritic {
         self.grow_to(next, self.potential[state.index()]);
         self.record(experience);
         let td_error = self.back_up(state);
-        if self.params.untried == Untried::Advised && !self.model.is_terminal(next) {
+        let may_lead_back = self.params.untried == Untried::Advised && self.model.has_untried(next);
+        if may_lead_back && !self.model.is_terminal(next) {
             self.back_up(next); // it may have been entered from a better place than ever before
         }
         for _ in 1..self.params.planning_steps {

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 /// 1 − λ: chance that an episode ends by itself after a step.
 const END_OF_TIME: f64 = 1e-5;
 /// Sweeps of one update at most; what is left is done by the next.
-const SWEEPS: usize = 200;
+const SWEEPS: usize = 50;
 /// Changes below this share of the mean cost of a step end an update.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-2;
 
 /// V by state, as of the last update.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

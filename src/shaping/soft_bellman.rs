@@ -114,7 +114,7 @@ impl<'p> SoftBellman<'p> {
         }
     }
 
-    /// KL(π‖w) at the V of the last call: −∂V̂_i/∂τ_i.
+    /// KL(π‖w) at the V with which the last call ended, or of [`SoftBellman::follow`] began: −∂V̂_i/∂τ_i.
     pub fn divergence(&self) -> &[f64] {
         &self.divergence
     }
@@ -232,7 +232,8 @@ impl<'p> SoftBellman<'p> {
         let (mut total, mut mean) = (0.0, 0.0);
         for (c, q) in self.choices.iter_mut().enumerate() {
             let above = (*q - best) / tau;
-            *q = self.process.prior(first + c) * libm::exp(above);
+            let weight = if above == 0.0 { 1.0 } else { libm::exp(above) };
+            *q = self.process.prior(first + c) * weight;
             total += *q;
             if *q > 0.0 {
                 mean += *q * above;
@@ -297,7 +298,8 @@ impl<'p> SoftBellman<'p> {
         2000 + self.process.len() / 32
     }
 
-    /// One Newton step of `sweeps` sweeps for temperatures that have changed since the last call, from the v it left.
+    /// One Newton step of `sweeps` sweeps for temperatures that have changed since the last call, from the v it left. The walk is that of the v before
+    /// the step: next to a solution the two are the same.
     ///
     /// # Panics
     /// If `tau` or `v` has not one entry per position.
@@ -305,7 +307,6 @@ impl<'p> SoftBellman<'p> {
         self.update(tau, v);
         self.set_residual(v);
         self.newton_step(v, sweeps);
-        self.update(tau, v);
     }
 
     /// r; returns max |r|, or NaN if there is one.
