@@ -447,7 +447,7 @@ mod tests {
             let resolved = params.resolved();
             assert_eq!(resolved, resolved.resolved());
             if params.kind == AgentKind::ReplayActorCritic {
-                assert_eq!(resolved.planning_steps, Some(10), "{text}");
+                assert_eq!(resolved.planning_steps, Some(3), "{text}");
                 assert_eq!(resolved.untried, Some(Untried::Advised), "{text}");
                 assert_eq!(resolved.replay_actor_critic(), params.replay_actor_critic());
                 continue;

@@ -378,7 +378,8 @@ impl ReplayActorCritic {
         self.model.grow_to(state);
         if state.index() >= self.values.len() {
             self.values.resize(state.index() + 1, 0.0);
-            self.passed_on.resize(state.index() + 1, self.mix * potential);
+            self.passed_on
+                .resize(state.index() + 1, self.mix * potential);
             self.ways.resize(state.index() + 1, Way::Unknown);
             self.potential.resize(state.index() + 1, potential);
         }

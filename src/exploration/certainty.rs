@@ -73,6 +73,9 @@ mod tests {
     #[test]
     fn without_evidence_everything_is_certain() {
         assert_eq!(typical_certainty(&seen(0, &[])), 1.0);
-        assert_eq!(typical_certainty(&seen(2, &[(0, 0, 1, 1), (0, 0, 0, 2)])), 1.0);
+        assert_eq!(
+            typical_certainty(&seen(2, &[(0, 0, 1, 1), (0, 0, 0, 2)])),
+            1.0
+        );
     }
 }

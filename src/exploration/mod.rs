@@ -10,8 +10,8 @@
 //! | [`Explorer`] | where one of them stands: its plan, a shortest known path to the nearest state with something left to try |
 //! | [`CountBonus`] | β/√N, the peer |
 
-mod count_bonus;
 mod certainty;
+mod count_bonus;
 mod dead_reckoning;
 mod distances;
 mod expected_return;

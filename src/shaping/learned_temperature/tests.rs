@@ -3,6 +3,7 @@ use crate::graph::StateId;
 use crate::shaping::fixtures::on_grid;
 use crate::shaping::heat::HeatPotential;
 use faer::Mat;
+use training::{PATIENCE, PROGRESS};
 
 fn potential(params: ShapingParams) -> LearnedTemperaturePotential {
     LearnedTemperaturePotential::new(params, GcnParams::default(), 3)
@@ -21,7 +22,6 @@ fn training_lowers_the_loss_and_later_fits_leave_the_network_alone() {
     on_grid(8, |context| {
         let mut model = potential(to_the_end());
         let cold = model.fit_to_returns(context).unwrap().fit.unwrap();
-        assert_eq!(cold.epochs, 150);
         assert!(cold.loss < 0.9 * cold.initial_loss, "{cold:?}");
         let weights = model.parameters().cloned();
         let warm = model.fit_to_returns(context).unwrap().fit.unwrap();
@@ -41,7 +41,31 @@ fn a_loss_that_has_grown_is_trained_away_again() {
         model.fit_to_returns(context).unwrap();
         model.learnt = model.learnt.map(|loss| loss / 2.0);
         let again = model.fit_to_returns(context).unwrap().fit.unwrap();
-        assert_eq!(again.epochs, 20);
+        assert!(0 < again.epochs && again.epochs <= 20, "{again:?}");
+    });
+}
+
+#[test]
+fn training_goes_on_while_it_pays() {
+    on_grid(8, |context| {
+        let fit = |cold_epochs| {
+            let shaping = ShapingParams {
+                cold_epochs,
+                ..to_the_end()
+            };
+            let fit = potential(shaping).fit_to_returns(context).unwrap();
+            fit.fit.unwrap()
+        };
+        let all = fit(100_000);
+        assert!(all.epochs < 1000 && all.epochs % PATIENCE == 0, "{all:?}");
+        // Of all stretches but the last each has paid.
+        let losses: Vec<f64> = (0..=all.epochs / PATIENCE)
+            .map(|stretches| fit(stretches * PATIENCE).loss)
+            .collect();
+        let pays = |pair: &[f64]| pair[1] <= (1.0 - PROGRESS) * pair[0];
+        let paid: Vec<bool> = losses.windows(2).map(pays).collect();
+        let (last, others) = paid.split_last().unwrap();
+        assert!(!last && others.iter().all(|&paid| paid), "{losses:?}");
     });
 }
 
@@ -229,7 +253,7 @@ fn without_returns_it_is_not_trained() {
         assert_eq!((fit.epochs, fit.loss), (0, 0.0));
         // With the first ones it is.
         let fit = model.fit_to_returns(context).unwrap().fit.unwrap();
-        assert_eq!(fit.epochs, 150);
+        assert!(fit.epochs > 0);
     });
 }
 

@@ -10,9 +10,9 @@ use faer::MatRef;
 const FIRST_SWEEPS: usize = 40;
 const SWEEPS_PER_EPOCH: usize = 4;
 
-/// Training ends early when so many epochs have not lowered the loss by so much of it: the labels are noisy, and what is left is their noise.
-const PATIENCE: usize = 10;
-const PROGRESS: f64 = 0.05;
+/// Every so many epochs the loss must have fallen by this share of it, or training ends: the labels are noisy, and what is left is their noise.
+pub(super) const PATIENCE: usize = 10;
+pub(super) const PROGRESS: f64 = 0.05;
 
 /// The input of the network: T̂ and T̂X, the same in all epochs.
 #[derive(Clone, Copy)]
@@ -60,7 +60,7 @@ pub(super) fn train(
     let mut sweeps = FIRST_SWEEPS;
     let mut milestone = initial_loss;
     while statistics.epochs < effort.epochs && statistics.loss > effort.end_at {
-        if statistics.epochs % PATIENCE == 0 && statistics.epochs > 0 {
+        if statistics.epochs > 0 && statistics.epochs % PATIENCE == 0 {
             if statistics.loss > (1.0 - PROGRESS) * milestone {
                 break;
             }
