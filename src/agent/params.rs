@@ -50,7 +50,7 @@ pub struct AgentParams {
     /// steps cost.
     pub initial_value: f64,
     /// dyna-q, dyna-q-plus and replay-actor-critic: backups from the model after each step, the step's own included but for
-    /// dyna-q-plus; 1 to 1 000 000. Default: replay-actor-critic 10, else 50.
+    /// dyna-q-plus; 1 to 1 000 000. Default: replay-actor-critic 3, else 50.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 10)]
     pub planning_steps: Option<usize>,
@@ -75,7 +75,7 @@ pub struct AgentParams {
     pub horizon: Option<usize>,
     /// mbie-eb: β of the bonus β/√n, in ranges of returns seen, a step of the horizon. ucbvi: the bonus, in shares of the theory's
     /// that the horizon divides. replay-actor-critic: β of the same, in largest rewards seen, a step of the longest episode. 0 to 1e6. Default: mbie-eb 1, ucbvi 0.0125,
-    /// replay-actor-critic 0.3.
+    /// replay-actor-critic 0.6.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 1.0)]
     pub bonus: Option<f64>,
