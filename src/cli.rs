@@ -315,11 +315,11 @@ pub struct Potential {
 /// Which potential.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PotentialChoice {
-    /// A diffusion whose local cost is a graph network's output
+    /// The soft value of the graph, at temperatures that a graph network sets
     Gcn,
     /// The probability of the rewarding class, as the paper prints it
     Report,
-    /// A diffusion from the goals
+    /// The same at one temperature
     Heat,
     /// The value of the linearly solvable process, from the default representation
     Dr,

@@ -1,7 +1,7 @@
 //! **eigentrail turns the graph an agent is still discovering into a reward it can follow.**
 //!
 //! As an agent explores an unknown MDP, the graph of visited states grows; the lowest eigenvectors of its Laplacian are kept
-//! up to date; a small graph network is re-fitted on them now and then; its output is the potential φ of a reward shaping
+//! up to date; a small graph network is re-fitted on them now and then; it sets the temperatures of a soft Bellman equation, whose solution is the potential φ of a reward shaping
 //! R′ = R + γφ(s′) − φ(s) that leaves optimal policies optimal, and advice on where to go.
 //!
 //! # In a loop of your own
@@ -61,8 +61,8 @@
 //!
 //! - States are compared for equality and hashed: a world of real numbers has to be cut into cells first. At most 2³² − 1
 //!   states and 65 536 actions, the same in every state.
-//! - Every state where an episode terminated is taken for a goal, whatever it paid, until an episode goes on there: φ leads
-//!   to lava as well as to the exit.
+//! - To the search an end of an episode is a goal if it pays more than a step, or costs no more than three
+//!   ([`Optimism::ExpectedReturn`]); with other kinds of optimism every end is, until an episode goes on there.
 //! - Shaping leaves the optimal policies what they are; the *advice* is no reward and has no such proof. An agent that must
 //!   be free of it sets `exploration.kind = "none"`.
 //! - A fit looks at the whole graph, in O((n + transitions) log n); the schedule sees to it that fits become rarer as the

@@ -123,7 +123,7 @@ impl EmpiricalModel {
         }
     }
 
-    /// Counts one step; true if s′ turned out to be terminal, or no longer so, against what was believed.
+    /// Counts one step, the first 2³² − 1 of each kind; true if s′ turned out to be terminal, or no longer so, against what was believed.
     /// O(outcomes of (s, a)).
     ///
     /// # Panics
@@ -136,12 +136,14 @@ impl EmpiricalModel {
         );
         self.grow_to(StateId(from.0.max(to.0)));
         let entry = self.entry(from, experience.action, to);
-        entry.count += 1;
-        entry.reward_sum += experience.reward;
+        if entry.count < u32::MAX {
+            entry.count += 1;
+            entry.reward_sum += experience.reward;
+        }
         entry.shaping = experience.shaping;
         let place = self.place(from, experience.action);
         self.untried[from.index()] -= u32::from(self.pairs[place].tries == 0);
-        self.pairs[place].tries += 1;
+        self.pairs[place].tries = self.pairs[place].tries.saturating_add(1);
         let terminal = experience.status == StepStatus::Terminated;
         let changed = std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal;
         if changed {

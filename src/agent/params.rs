@@ -52,7 +52,7 @@ pub struct AgentParams {
     /// dyna-q, dyna-q-plus and replay-actor-critic: backups from the model after each step, the step's own included but for
     /// dyna-q-plus; 1 to 1 000 000. Default: replay-actor-critic 3, else 50.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(example = 10)]
+    #[schemars(example = 3)]
     pub planning_steps: Option<usize>,
     /// dyna-q-plus: κ of the bonus κ√τ for what was not tried for τ steps, in units of reward, 0 to 1e6.
     pub time_bonus: f64,

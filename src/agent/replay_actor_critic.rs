@@ -7,8 +7,8 @@
 //! ```
 //!
 //! P̂ and r̂ are the frequencies and mean rewards of all that was seen, so that one backup of s replays every transition from s.
-//! After each step the state just left is backed up, then the states that are most out of date, `planning_steps` in all at most
-//! (Dyna, Sutton 1990; prioritised sweeping, Moore & Atkeson 1993). The actor is as sure as it can get at once: an action that is
+//! After each step the state just left is backed up, the one entered, too, while it has untried actions, then the states that are most out of date, with the
+//! first `planning_steps` in all at most (Dyna, Sutton 1990; prioritised sweeping, Moore & Atkeson 1993). The actor is as sure as it can get at once: an action that is
 //! worse by half of c, the least that a step can cost, is C = 12 logits less likely.
 //!
 //! **F is that of the present φ.** To store the F of the day is to replay a potential that is gone. Here the first fit of φ, and the
@@ -162,8 +162,8 @@ impl Scale {
     }
 }
 
-/// Tabular actor-critic with replay. Memory O(states · actions + different transitions). A step costs at most `planning_steps` backups, each
-/// O(outcomes of the state's actions + ways into the state · log of what waits); a fit of φ costs one a state.
+/// Tabular actor-critic with replay. Memory O(states · actions + different transitions). A step costs at most `planning_steps` + 1 backups, each
+/// O(outcomes of the state's actions + ways into the state); a fit of φ costs one a state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplayActorCritic {
     params: ReplayActorCriticParams,
@@ -418,8 +418,8 @@ impl ReplayActorCritic {
             *preference = value.unwrap_or(f64::NEG_INFINITY);
         }
         let best = largest(preferences);
-        if best == f64::NEG_INFINITY {
-            return preferences.fill(0.0); // nothing is known of any action
+        if best == f64::NEG_INFINITY || self.scale.largest_reward == 0.0 {
+            return preferences.fill(0.0); // nothing is known of any action, or nothing but that it paid nothing
         }
         let steepness = CERTAINTY / (PLAIN_LOSS * self.scale.step_cost());
         for preference in preferences.iter_mut() {

@@ -6,7 +6,7 @@
 //! for a first goal begins anew. A world whose episodes terminate in a state only now and then is not what this is
 //! for: each visit would refit φ.
 //!
-//! **Before the first goal** φ is flat and there is no fit. Features follow the growing graph all the same, each refresh
+//! **Before the first end, or step that paid,** φ is flat and there is no fit; a potential that is not made of returns waits for the first goal. Features follow the growing graph all the same, each refresh
 //! from the one before: the first fit finds them ready, and whoever watches sees the graph unfold.
 
 mod learning;

@@ -13,7 +13,7 @@ use crate::graph::{StateId, TransitionGraph};
 /// Fewer tries tell little of an action: of two that agree, it is as likely as not that they would have agreed by chance.
 const ENOUGH_TRIES: u32 = 4;
 
-/// p, over the actions that were tried often enough and mostly lead elsewhere; 1 if there are none. O(transitions).
+/// p, over the actions that were tried often enough and mostly lead elsewhere; 1 if there are none. O(n · actions + transitions).
 pub(super) fn typical_certainty(graph: &TransitionGraph) -> f64 {
     let mut certainties = Vec::new();
     // By action: tries, the largest count of an outcome, and whether that leads elsewhere.

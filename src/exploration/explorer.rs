@@ -4,7 +4,8 @@
 //! plain, because it undoes a step, is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
 //! goal and L = d*(start), an untried action a of s is tried only if the best that it could lead to is an
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
-//! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action.
+//! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action,
+//! if that is asked for (`potential_advice` > 0), and against untried actions that do not lead back.
 //!
 //! With [`Optimism::ExpectedReturn`], where actions slip, L is what the best policy known may be expected to cost, in hops.
 //!

@@ -1,6 +1,6 @@
 //! Exploration: guidance where the reward does not reach yet.
 //!
-//! Before the first goal every potential is flat, and most of what an agent will ever lose it loses there. The
+//! Before the first goal no potential leads to one, and most of what an agent will ever lose it loses there. The
 //! `frontier` exploration advises the policy instead of the reward: it adds to the logits of the actor (look-ahead
 //! advice, Wiewiora, Cottrell & Elkan 2003), so that values and shaped rewards stay what they are.
 //!

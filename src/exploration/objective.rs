@@ -37,7 +37,7 @@ pub(super) struct ObjectiveView<'a> {
     from_start: &'a Distances,
     tries_wanted: u32,
     objective: SearchObjective,
-    /// L, the steps of the best path known from the start to a goal, or what they may be expected to cost; unbounded where a longer one may be worth more.
+    /// L, in hops ([`ExplorationModel::best_steps`]); unbounded where a longer path may be worth more.
     best: u32,
 }
 

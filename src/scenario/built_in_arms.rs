@@ -126,7 +126,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "gcn-shaping-only",
-        "a plain actor-critic with the same potential, without exploration",
+        "a plain actor-critic with the network's potential at four times its scale, without exploration",
         actor_critic!(
             "gcn",
             "none",
@@ -171,7 +171,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "heat",
-        "the default with a diffusion without a network",
+        "the default with one temperature in the place of a network",
         replay!("heat"),
     ),
     arm(
@@ -186,7 +186,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "hops",
-        "the default with hop distance on the visited graph",
+        "the default with the value of the learnt model's optimal policy",
         replay!("hops"),
     ),
     arm(

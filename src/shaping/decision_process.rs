@@ -144,13 +144,16 @@ impl DecisionProcess {
         let (distance, order) = nearest_first(choices, step_reward);
         let num_reached = order.len();
         let distances = order.iter().map(|&s| distance[s as usize]).collect();
-        let left = (0..choices.num_states())
-            .filter(|&s| distance[s] == f64::INFINITY && !choices.of(s).is_empty());
-        let mut order = order;
-        order.extend(left.map(|s| s as u32));
         let mut position = vec![u32::MAX; choices.num_states()];
         for (p, &state) in order.iter().enumerate() {
             position[state as usize] = p as u32;
+        }
+        let mut order = order;
+        for state in 0..choices.num_states() {
+            if position[state] == u32::MAX && !choices.of(state).is_empty() {
+                position[state] = order.len() as u32;
+                order.push(state as u32);
+            }
         }
         let mut process = Self {
             num_states: choices.num_states(),

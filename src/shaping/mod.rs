@@ -28,10 +28,10 @@
 //! |---|---|
 //! | [`gcn`](LearnedTemperaturePotential) | the soft value of the learnt model at temperatures that a GCN sets from the returns of the agent; no false maxima for any weights |
 //! | [`report`](ClassProbabilityPotential) | the GCN's probability of the rewarding class (eq. 5) |
-//! | [`heat`](HeatPotential) | the same at a fixed temperature: the control without learning |
+//! | [`heat`](HeatPotential) | the soft value of the learnt model at a fixed temperature: the control without learning |
 //! | [`dr`](DefaultRepresentationPotential) | λ ln z of the default representation |
 //! | [`sr`](SuccessorPotential) | expected discounted visits of the goal: a column of the successor representation |
-//! | [`hops`](HopsPotential) | the value of the learnt model's optimal policy: the same at temperature 0 |
+//! | [`hops`](HopsPotential) | the value of the learnt model's optimal policy, at temperature 0 |
 //! | [`oracle`](OraclePotential) | distance on the true map, which no agent has: the upper yardstick |
 //! | [`negated-oracle`](NegatedOraclePotential) | the opposite of the oracle's: hostile |
 //! | [`random`](RandomPotential) | a number drawn for each state |

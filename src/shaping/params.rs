@@ -19,7 +19,7 @@ pub enum PotentialKind {
     Gcn,
     /// The GCN's probability of the rewarding class, as in the source paper.
     Report,
-    /// The same at a fixed temperature.
+    /// The soft value of the learnt model at a fixed temperature.
     Heat,
     /// The value of a linearly solvable process, from the default representation.
     Dr,
@@ -115,7 +115,7 @@ pub struct ShapingParams {
     /// `gcn`: at most so many when it is trained again.
     pub warm_epochs: usize,
     /// `gcn`: training ends, or does not even begin, when the loss is at most this: the mean square of the relative
-    /// error of the returns. 0: every epoch is taken.
+    /// error of the returns. It ends, too, when ten epochs have lowered the loss by less than a twentieth.
     pub fit_tolerance: f64,
     /// `gcn`: weight of the smoothness loss zᵀLz, divided by the number of edges.
     pub smoothness: f64,

@@ -10,7 +10,7 @@
 //! | `spectral/applications`, `spectral/solves`, `spectral/converged`, `spectral/seconds` | refresh | what the eigensolver did |
 //! | `spectral/max_relative_residual`, `spectral/lambda_2`, `spectral/lambda_k` | refresh | ‖Lv − λv‖ ÷ λ_k at worst, eigenvalues |
 //! | `gcn/initial_loss`, `gcn/loss`, `gcn/epochs` | fit | the network's training |
-//! | `potential/sweeps`, `potential/residual`, `potential/seconds` | fit | what the diffusion took |
+//! | `potential/sweeps`, `potential/residual`, `potential/seconds` | fit | what the soft Bellman equation took |
 //! | `potential/lowest`, `potential/highest` | fit | range of φ |
 //! | `potential/phi`, `spectral/residuals` | picture | histograms of φ over states, of ‖Lv − λv‖ over pairs |
 //! | `potential/map` | picture | φ on the map, where there is one |

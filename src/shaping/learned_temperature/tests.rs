@@ -9,7 +9,7 @@ fn potential(params: ShapingParams) -> LearnedTemperaturePotential {
     LearnedTemperaturePotential::new(params, GcnParams::default(), 3)
 }
 
-/// Every epoch there may be.
+/// As far as it gets, however small the loss.
 fn to_the_end() -> ShapingParams {
     ShapingParams {
         fit_tolerance: 0.0,

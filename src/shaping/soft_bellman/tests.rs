@@ -193,7 +193,6 @@ fn large_grids_take_few_sweeps() {
         for (tau, most) in [(0.0, 0), (0.5, 20), (2.0, 60), (10.0, 400)] {
             let tau = vec![tau; process.len()];
             let (_, statistics) = SoftBellman::new(&process).solve_cold(&tau, 1e-5);
-            println!("{side} at {}: {statistics:?}", tau[0]);
             assert!(
                 statistics.converged && statistics.sweeps <= most,
                 "{side}: {statistics:?}"
