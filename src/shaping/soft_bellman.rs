@@ -48,6 +48,8 @@ const CARRY: f64 = 0.4;
 /// A long Newton step that leaves more than this of the residual did not solve its system; the first ones may, for V̂ is not linear.
 const STALL: f64 = 0.5;
 const FREE_STEPS: usize = 4;
+/// A residual below this share of the largest value is rounding.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A change this much larger than the smallest one seen means that the iteration grows.
 const GROWTH: f64 = 4.0;
 
@@ -264,7 +266,7 @@ impl<'p> SoftBellman<'p> {
         }
     }
 
-    /// Newton steps from `v` until the residual is ≤ `tol`. Gives up after `max_sweeps`, or when v is no longer finite.
+    /// Newton steps from `v` until the residual is ≤ `tol`, or rounding. Gives up after `max_sweeps`, or when v is no longer finite.
     ///
     /// # Panics
     /// If `tau` or `v` has not one entry per position.
@@ -274,7 +276,8 @@ impl<'p> SoftBellman<'p> {
         loop {
             self.update(tau, v);
             statistics.residual = self.set_residual(v);
-            statistics.converged = statistics.residual <= tol;
+            let largest = v.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+            statistics.converged = statistics.residual <= tol.max(ROUNDING * largest);
             let stalls = was_long && statistics.residual > STALL * before;
             if stalls && statistics.steps > FREE_STEPS {
                 // The iteration grows too slowly to be seen within one step.

@@ -1,13 +1,16 @@
 //! Goals that each seed draws, and ends that are no goals.
 
 use crate::env_worlds::grid_world;
+use eigentrail::engine::{PipelineParams, ShapingPipeline};
 use eigentrail::env::conformance::check_model;
 use eigentrail::env::{
-    Cell, Direction, EnvError, Environment, GridWorldParams, Landmark, Layout, Model, RewardScheme,
-    StepStatus,
+    Action, Cell, Direction, EnvError, Environment, GridWorldParams, Landmark, Layout, Model,
+    RewardScheme, Step, StepStatus,
 };
+use eigentrail::graph::StateId;
 use eigentrail::scenario::{Scenario, World};
 use eigentrail::seeds::{Stream, stream};
+use eigentrail::shaping::Potential;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -225,4 +228,34 @@ fn what_cannot_be_is_told_with_its_place() {
         let message = refused(&format!("[env]\n{text}\n"));
         assert!(message.contains(told), "{text}: {message}");
     }
+}
+
+/// The agent alone decides; nothing but the potential is looked at.
+#[test]
+fn a_hazard_that_is_none_any_more_leaves_no_potential_behind() {
+    let mut pipeline = ShapingPipeline::new(&PipelineParams::default(), 2, None, 0).unwrap();
+    let walk = |pipeline: &mut ShapingPipeline<u32>, last: StepStatus| {
+        pipeline.begin_episode(&0);
+        for state in 1..=4 {
+            let (reward, status) = match state {
+                4 => (-100.0, last),
+                _ => (-1.0, StepStatus::Running),
+            };
+            let step = Step {
+                state,
+                reward,
+                status,
+            };
+            pipeline.observe(Action(0), &step).unwrap();
+        }
+    };
+    walk(&mut pipeline, StepStatus::Terminated);
+    let near = pipeline.potential().value(StateId(3));
+    assert!(
+        near < pipeline.potential().value(StateId(0)),
+        "{near}: it repels"
+    );
+    walk(&mut pipeline, StepStatus::Running);
+    let values = pipeline.potential().values();
+    assert!(values.iter().all(|&phi| phi == 0.0), "{values:?}");
 }

@@ -77,17 +77,19 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             return false;
         };
         self.schedule.invalidate_fit();
-        if lost == LostEnd::Other {
-            return false;
-        }
-        if let Some(exploration) = &mut self.exploration {
+        let was_goal = lost == LostEnd::Goal;
+        if was_goal && let Some(exploration) = &mut self.exploration {
             exploration.forget_destination(self.graph.transitions(), state);
         }
-        if self.goals.is_empty() {
+        let is_last = match was_goal {
+            true => self.goals.is_empty(),
+            false => !self.is_worth_fitting(), // no fit will follow that lifts φ there
+        };
+        if is_last {
             self.table.flatten();
             self.unit = 1.0;
         }
-        true
+        was_goal
     }
 
     /// Takes in the returns of an episode whose last step this was, if anybody learns from them.

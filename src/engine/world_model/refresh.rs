@@ -39,7 +39,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
     }
 
     /// φ is 0 before the first goal; one made of returns, before the first end or the first step that paid.
-    fn is_worth_fitting(&self) -> bool {
+    pub(super) fn is_worth_fitting(&self) -> bool {
         !self.goals.is_empty() || self.model.is_made_of_returns() && self.goals.returns_differ()
     }
 

@@ -185,6 +185,22 @@ fn complete_and_bipartite_graphs_and_stars_converge_at_high_temperature() {
     }
 }
 
+/// A tolerance below what rounding leaves is no reason to go on for ever.
+#[test]
+fn huge_returns_are_solved_as_far_as_numbers_go() {
+    let process = uniform(&grid(12, 12, &[]), -1e15);
+    let tau = vec![0.5e15; process.len()];
+    let (v, statistics) = SoftBellman::new(&process).solve_cold(&tau, 1e-5);
+    assert!(
+        statistics.converged && statistics.sweeps < 200,
+        "{statistics:?}"
+    );
+    let (small, _) = cold(&uniform(&grid(12, 12, &[]), -1.0), 0.5);
+    for (large, small) in v.iter().zip(small) {
+        assert!((large / 1e15 - small).abs() < 1e-9 * (1.0 + small.abs()));
+    }
+}
+
 /// The number of sweeps grows with the temperature, but hardly with the size.
 #[test]
 fn large_grids_take_few_sweeps() {
