@@ -149,9 +149,9 @@ impl DecisionProcess {
             position[state as usize] = p as u32;
         }
         let mut order = order;
-        for state in 0..choices.num_states() {
-            if position[state] == u32::MAX && !choices.of(state).is_empty() {
-                position[state] = order.len() as u32;
+        for (state, position) in position.iter_mut().enumerate() {
+            if *position == u32::MAX && !choices.of(state).is_empty() {
+                *position = order.len() as u32;
                 order.push(state as u32);
             }
         }

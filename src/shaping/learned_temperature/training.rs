@@ -60,7 +60,7 @@ pub(super) fn train(
     let mut sweeps = FIRST_SWEEPS;
     let mut milestone = initial_loss;
     while statistics.epochs < effort.epochs && statistics.loss > effort.end_at {
-        if statistics.epochs > 0 && statistics.epochs % PATIENCE == 0 {
+        if statistics.epochs > 0 && statistics.epochs.is_multiple_of(PATIENCE) {
             if statistics.loss > (1.0 - PROGRESS) * milestone {
                 break;
             }
