@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 
-/// Items 0, 1, 2, … with priorities > 0. Memory O(items · classes in use).
+/// Items 0, 1, 2, … with priorities > 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SweepQueue {
     /// Items by class, and places that items have left.
@@ -26,11 +26,7 @@ impl SweepQueue {
         if class > self.waiting[item] {
             self.waiting[item] = class;
             let item = u32::try_from(item).expect("items are numbered by u32");
-            let places = self.classes.entry(class).or_default();
-            places.push_back(item);
-            if places.len() > 2 * self.waiting.len() {
-                drop_left_places(places, class, &self.waiting);
-            }
+            self.classes.entry(class).or_default().push_back(item);
         }
     }
 
@@ -63,15 +59,6 @@ impl SweepQueue {
         }
         None
     }
-}
-
-/// Keeps one place of each item that waits in `class`. O(items).
-fn drop_left_places(places: &mut VecDeque<u32>, class: u16, waiting: &[u16]) {
-    let mut kept = vec![false; waiting.len()];
-    places.retain(|&item| {
-        let item = item as usize;
-        waiting[item] == class && !std::mem::replace(&mut kept[item], true)
-    });
 }
 
 /// The class of ∞.
@@ -129,20 +116,6 @@ mod tests {
         queue.push(2, f64::MAX);
         let popped: Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(popped, [0, 2, 1]);
-    }
-
-    #[test]
-    fn an_item_that_comes_and_goes_takes_no_room() {
-        let mut queue = SweepQueue::default();
-        queue.push(0, 1.0);
-        for _ in 0..1000 {
-            queue.push(1, 1.0);
-            queue.push(1, 2.0);
-            assert_eq!(queue.pop(), Some(1));
-        }
-        let places: usize = queue.classes.values().map(VecDeque::len).sum();
-        assert!(places <= 8, "{places}");
-        assert_eq!((queue.pop(), queue.pop()), (Some(0), None));
     }
 
     proptest! {
