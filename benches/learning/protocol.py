@@ -87,6 +87,10 @@ HELD_OUT = [
 ]
 
 AS_THEY_COME = {"corners"}
+# Arms that replay are tuned to ten to three hundred replays a step; these and planners take seconds to minutes a seed on ice. On these parts they
+# run as they come.
+SLOW_PARTS = {"boards", "held-out"}
+SLOW = {"gcn", "no-shaping", "advice-only", "untrained", "heat", "hops", "dr", "sr", "planner", "planner-frontier"}
 PARTS = {"random-goals": RANDOM_GOALS, "corners": CORNERS, "hard": HARD, "boards": BOARDS, "held-out": HELD_OUT}
 
 # Where every arm chooses its settings; fewer episodes than in the table, so that all of it takes minutes.

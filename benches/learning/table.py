@@ -124,7 +124,7 @@ def part(out, name):
         arms = protocol.arms_on(world)
         sets, tuned = [], []
         for arm in arms:
-            if arm in chosen:
+            if arm in chosen and not (name in protocol.SLOW_PARTS and arm in protocol.SLOW):
                 tuned.append(f"{arm}-tuned")
                 sets += settings(f"{arm}-tuned", arm, chosen[arm]["settings"])
         begun = time.time()
