@@ -62,7 +62,7 @@
 //! - States are compared for equality and hashed: a world of real numbers has to be cut into cells first. At most 2³² − 1
 //!   states and 65 536 actions, the same in every state.
 //! - To the search an end of an episode is a goal if it pays more than a step, or costs no more than three
-//!   ([`Optimism::ExpectedReturn`]); with other kinds of optimism every end is, until an episode goes on there.
+//!   ([`ExpectedReturn`](exploration::Optimism::ExpectedReturn)); with other kinds of optimism every end is, until an episode goes on there.
 //! - Shaping leaves the optimal policies what they are; the *advice* is no reward and has no such proof. An agent that must
 //!   be free of it sets `exploration.kind = "none"`.
 //! - A fit looks at the whole graph, in O((n + transitions) log n); the schedule sees to it that fits become rarer as the
