@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 
-/// Items 0, 1, 2, … with priorities > 0.
+/// Items 0, 1, 2, … with priorities > 0. Memory O(items + places left in classes that have not come up since).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SweepQueue {
     /// Items by class, and places that items have left.

@@ -22,7 +22,7 @@ pub(super) fn typical_certainty(graph: &TransitionGraph) -> f64 {
         actions.fill((0, 0, false));
         for seen in graph.outcomes(state) {
             let (tries, most, leaves) = &mut actions[seen.action.index()];
-            *tries += seen.count;
+            *tries = u32::saturating_add(*tries, seen.count);
             if seen.count > *most {
                 (*most, *leaves) = (seen.count, seen.next != state);
             }
