@@ -38,8 +38,10 @@ pub struct GoalStatistics {
     shunned: IndexMap<StateId, Ending, FixedState>,
     /// By state: whether episodes end there, as goals or otherwise.
     ends: Vec<bool>,
-    /// Whether a step that ended nothing has paid.
-    steps_pay: bool,
+    /// The least and the most that a step that ended nothing has paid.
+    pay: Option<(f64, f64)>,
+    /// The most that an end has paid once, since the last goal was lost.
+    best_end: Option<f64>,
     labels: Vec<(StateId, usize)>,
     /// By state: its place in `labels`.
     label_places: Vec<Option<u32>>,
@@ -71,38 +73,72 @@ impl GoalStatistics {
     pub fn count_step(&mut self, reward: f64) {
         self.step_rewards += reward;
         self.steps += 1;
-        self.steps_pay |= reward > 0.0;
+        let (least, most) = self.pay.unwrap_or((reward, reward));
+        self.pay = Some((least.min(reward), most.max(reward)));
     }
 
-    /// Whether a termination that pays `reward` on average is one to seek.
-    fn is_goal(&self, reward: f64) -> bool {
-        let step = match self.steps {
-            0 => 0.0,
-            steps => self.step_rewards / steps as f64,
-        };
-        !self.only_paying || reward > step || (step < 0.0 && reward >= DEAR * step)
+    /// The most that a step that ended nothing has paid; 0 before the first one.
+    fn most_pay(&self) -> f64 {
+        self.pay.map_or(0.0, |(_, most)| most)
     }
 
-    /// Counts a termination in `state`; true if this is a goal not seen before. O(1).
-    pub fn count_ending(&mut self, state: StateId, reward: f64) -> bool {
-        if self.ends.len() <= state.index() {
-            self.ends.resize(state.index() + 1, false);
+    /// Whether anything was seen that pays, as far as is known: an end that paid more than nothing, or steps that end nothing and pay
+    /// differently, some of them more than nothing.
+    pub fn something_pays(&self) -> bool {
+        let steps_pay = self
+            .pay
+            .is_some_and(|(least, most)| most > 0.0 && most > least);
+        steps_pay || self.best_end.is_some_and(|best| best > 0.0)
+    }
+
+    /// Whether a termination that pays `reward` on average is one to seek. Where no time can be saved, it has to pay more than steps do.
+    fn is_goal(&self, reward: f64, time_counts: bool) -> bool {
+        let step = self.ordinary_reward();
+        match time_counts {
+            _ if !self.only_paying => true,
+            true => reward > step || (step < 0.0 && reward >= DEAR * step),
+            false => reward > self.most_pay().max(0.0),
         }
-        self.ends[state.index()] = true;
-        if let Some((place, _, ending)) = self.endings.get_full_mut(&state) {
-            self.goals[place].reward = ending.count(reward);
-            return false;
+    }
+
+    /// Time counts, or does not after all: says anew which ends are goals, and whether any was none or is none any more. O(ends).
+    pub fn reconsider(&mut self, time_counts: bool) -> bool {
+        let before = std::mem::take(&mut self.goals);
+        let ends = std::mem::take(&mut self.endings);
+        let others = std::mem::take(&mut self.shunned);
+        for (state, ending) in ends.into_iter().chain(others) {
+            self.add_ending(state, ending, time_counts);
         }
-        let mut ending = self.shunned.swap_remove(&state).unwrap_or_default();
-        let reward = ending.count(reward);
-        let is_new = self.is_goal(reward);
-        if is_new {
+        self.goals != before
+    }
+
+    /// A goal, if it is one; true if so.
+    fn add_ending(&mut self, state: StateId, ending: Ending, time_counts: bool) -> bool {
+        let reward = ending.reward_sum / f64::from(ending.count);
+        let is_goal = self.is_goal(reward, time_counts);
+        if is_goal {
             self.endings.insert(state, ending);
             self.goals.push(Goal { state, reward });
         } else {
             self.shunned.insert(state, ending);
         }
-        is_new
+        is_goal
+    }
+
+    /// Counts a termination in `state`; true if this is a goal not seen before. `time_counts` unless every episode takes as long. O(1).
+    pub fn count_ending(&mut self, state: StateId, reward: f64, time_counts: bool) -> bool {
+        if self.ends.len() <= state.index() {
+            self.ends.resize(state.index() + 1, false);
+        }
+        self.ends[state.index()] = true;
+        self.best_end = Some(self.best_end.map_or(reward, |best| best.max(reward)));
+        if let Some((place, _, ending)) = self.endings.get_full_mut(&state) {
+            self.goals[place].reward = ending.count(reward);
+            return false;
+        }
+        let mut ending = self.shunned.swap_remove(&state).unwrap_or_default();
+        ending.count(reward);
+        self.add_ending(state, ending, time_counts)
     }
 
     /// Labels the two ends of a trajectory: the start as not rewarding, the end as rewarding if it is a goal.
@@ -148,7 +184,7 @@ impl GoalStatistics {
 
     /// Whether anything was seen that a return could be made of: an end, or a step that paid.
     pub fn returns_differ(&self) -> bool {
-        self.steps_pay || !self.endings.is_empty() || !self.shunned.is_empty()
+        self.most_pay() > 0.0 || !self.endings.is_empty() || !self.shunned.is_empty()
     }
 
     /// Forgets the end at `state`, because an episode went on there. O(1), or O(goals) if it was a goal.
@@ -168,6 +204,9 @@ impl GoalStatistics {
             return LostEnd::Other;
         };
         self.goals.remove(place);
+        if self.goals.is_empty() {
+            self.best_end = None;
+        }
         if let Some(&Some(label)) = self.label_places.get(state.index()) {
             self.labels[label as usize].1 = 0;
         }
@@ -190,13 +229,17 @@ impl GoalStatistics {
         self.goals.iter().any(|goal| goal.reward > 0.0)
     }
 
+    /// Mean reward of the steps that ended nothing; 0 before the first one.
+    pub fn ordinary_reward(&self) -> f64 {
+        match self.steps {
+            0 => 0.0,
+            steps => self.step_rewards / steps as f64,
+        }
+    }
+
     /// Mean cost −r of the steps that ended nothing, at least 0; 0 before the first one.
     pub fn step_cost(&self) -> f64 {
-        if self.steps == 0 {
-            0.0
-        } else {
-            (-self.step_rewards / self.steps as f64).max(0.0)
-        }
+        (-self.ordinary_reward()).max(0.0)
     }
 
     /// By how many steps each goal is worse than the best one: (state, ⌈(r* − r) ÷ step cost⌉).
@@ -230,9 +273,9 @@ mod tests {
     fn goals_carry_mean_rewards_and_handicaps_count_steps() {
         let mut goals = GoalStatistics::default();
         goals.count_step(-2.0);
-        assert!(goals.count_ending(StateId(3), 10.0));
-        assert!(!goals.count_ending(StateId(3), 20.0));
-        assert!(goals.count_ending(StateId(5), 10.0));
+        assert!(goals.count_ending(StateId(3), 10.0, true));
+        assert!(!goals.count_ending(StateId(3), 20.0, true));
+        assert!(goals.count_ending(StateId(5), 10.0, true));
         assert_eq!(goals.goals()[0].reward, 15.0);
         assert!(goals.pays());
         assert_eq!(goals.handicaps(), [(StateId(3), 0), (StateId(5), 3)]);
@@ -244,7 +287,7 @@ mod tests {
         goals.label_trajectory(StateId(0), StateId(4), false);
         goals.label_trajectory(StateId(0), StateId(4), true);
         assert_eq!(goals.labels(), [(StateId(0), 0), (StateId(4), 1)]);
-        goals.count_ending(StateId(4), 0.0);
+        goals.count_ending(StateId(4), 0.0, true);
         assert_eq!(goals.forget(StateId(4)), Some(LostEnd::Goal));
         assert_eq!(
             goals.forget(StateId(4)),
@@ -259,11 +302,11 @@ mod tests {
     fn forgetting_keeps_the_order_of_the_others_and_their_means() {
         let mut goals = GoalStatistics::default();
         for (state, reward) in [(7, 1.0), (2, 2.0), (9, 3.0)] {
-            goals.count_ending(StateId(state), reward);
+            goals.count_ending(StateId(state), reward, true);
         }
         assert_eq!(goals.forget(StateId(0)), None);
         assert_eq!(goals.forget(StateId(2)), Some(LostEnd::Goal));
-        assert!(!goals.count_ending(StateId(9), 5.0));
+        assert!(!goals.count_ending(StateId(9), 5.0, true));
         let means: Vec<_> = goals
             .goals()
             .iter()
@@ -271,7 +314,7 @@ mod tests {
             .collect();
         assert_eq!(means, [(7, 1.0), (9, 4.0)]);
         assert!(
-            goals.count_ending(StateId(2), 8.0),
+            goals.count_ending(StateId(2), 8.0, true),
             "found again, it is new"
         );
         assert_eq!(
@@ -288,8 +331,8 @@ mod tests {
         assert!(!goals.pays(), "nothing is known to pay");
         goals.count_step(0.5);
         assert_eq!(goals.step_cost(), 0.0, "steps that pay cost nothing");
-        goals.count_ending(StateId(0), 1.0);
-        goals.count_ending(StateId(1), 2.0);
+        goals.count_ending(StateId(0), 1.0, true);
+        goals.count_ending(StateId(1), 2.0, true);
         assert_eq!(
             goals.handicaps(),
             [(StateId(0), 1_000_000), (StateId(1), 0)]
@@ -304,10 +347,12 @@ mod tests {
         // Steps of −1: lava, a dear exit, one that costs what three steps do, one that pays.
         let mut goals = GoalStatistics::of_paying_ends();
         (0..10).for_each(|_| goals.count_step(-1.0));
-        assert!(!goals.count_ending(StateId(1), -50.0));
-        assert!(!goals.count_ending(StateId(2), -3.5));
+        assert!(!goals.count_ending(StateId(1), -50.0, true));
+        assert!(!goals.count_ending(StateId(2), -3.5, true));
         assert!(goals.is_empty() && !goals.contains(StateId(1)));
-        assert!(goals.count_ending(StateId(3), -3.0) && goals.count_ending(StateId(4), 9.0));
+        assert!(
+            goals.count_ending(StateId(3), -3.0, true) && goals.count_ending(StateId(4), 9.0, true)
+        );
         assert_eq!(goals.best_reward(), 9.0);
         assert!(goals.contains(StateId(4)));
         assert!(goals.ends()[1] && goals.returns_differ());
@@ -316,24 +361,29 @@ mod tests {
         // Free steps: a hole pays as little as they do.
         let mut goals = GoalStatistics::of_paying_ends();
         goals.count_step(0.0);
-        assert!(!goals.count_ending(StateId(1), 0.0));
-        assert!(goals.count_ending(StateId(2), 0.1));
+        assert!(!goals.count_ending(StateId(1), 0.0, true));
+        assert!(goals.count_ending(StateId(2), 0.1, true));
         // Steps that pay 5: an end that pays 5 ends them.
         let mut goals = GoalStatistics::of_paying_ends();
         goals.count_step(5.0);
-        assert!(!goals.count_ending(StateId(1), 5.0) && goals.count_ending(StateId(2), 6.0));
+        assert!(
+            !goals.count_ending(StateId(1), 5.0, true) && goals.count_ending(StateId(2), 6.0, true)
+        );
     }
 
     #[test]
     fn an_end_becomes_a_goal_when_it_turns_out_to_pay() {
         let mut goals = GoalStatistics::of_paying_ends();
         assert!(
-            !goals.count_ending(StateId(1), -1.0),
+            !goals.count_ending(StateId(1), -1.0, true),
             "nothing to compare with"
         );
         goals.count_step(-1.0);
-        assert!(goals.count_ending(StateId(1), -1.0));
-        assert!(!goals.count_ending(StateId(1), -4.0), "it is one already");
+        assert!(goals.count_ending(StateId(1), -1.0, true));
+        assert!(
+            !goals.count_ending(StateId(1), -4.0, true),
+            "it is one already"
+        );
         assert_eq!(goals.goals()[0].reward, -2.0);
     }
 

@@ -19,6 +19,7 @@ mod pipeline;
 mod record;
 mod returns;
 mod schedule;
+mod time_layers;
 mod walker;
 mod world_model;
 
@@ -187,6 +188,10 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             },
             status: step.status,
         });
+        if seen.refresh.is_some_and(|refresh| refresh.fit.is_some()) {
+            // After the step, so that the agent knows what was fitted: the end that it may have led to, and the state.
+            self.agent.set_potential(self.pipeline.potential().values());
+        }
         if let Some(record) = &mut self.under_way {
             record.length += 1;
             record.td_squares += learnt.td_error * learnt.td_error;
@@ -267,7 +272,6 @@ impl<E: Environment, A: Agent> Engine<E, A> {
             self.agent.set_features(features);
         }
         if let Some(fit) = &refresh.fit {
-            self.agent.set_potential(self.pipeline.potential().values());
             let loss = fit.fit.as_ref().map(|statistics| statistics.loss);
             let epochs = fit.fit.as_ref().map(|statistics| statistics.epochs);
             debug!(name: "gcn_fit", step = refresh.step, nodes = refresh.nodes, loss, epochs, elapsed_ms = refresh.fit_seconds * 1e3, "gcn_fit");

@@ -60,6 +60,9 @@ impl ScheduleParams {
     }
 }
 
+/// On a graph that no longer grows there is a fit when steps are so many times those of the last one, for frequencies and returns have changed.
+const STALE: u64 = 2;
+
 /// Size of the graph at a moment of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Moment {
@@ -106,7 +109,8 @@ impl RefreshSchedule {
         self.fit.is_none_or(|then| {
             let changed = now.nodes > then.nodes
                 || now.edges > then.edges
-                || now.pairs_tried > then.pairs_tried;
+                || now.pairs_tried > then.pairs_tried
+                || now.step >= STALE * then.step.max(1);
             let waited = now.step - then.step;
             let patience = (self.params.refit_share * now.nodes as f64) as u64;
             let gained =
@@ -197,8 +201,12 @@ mod tests {
         );
         schedule.fitted(at(100, 100, 100));
         assert!(
-            !schedule.fit_due(at(500, 100, 100), true),
+            !schedule.fit_due(at(199, 100, 100), true),
             "nothing has changed"
+        );
+        assert!(
+            schedule.fit_due(at(200, 100, 100), true),
+            "as much was seen again"
         );
         assert!(!schedule.fit_due(at(110, 100, 101), false));
         assert!(schedule.fit_due(at(110, 100, 101), true));

@@ -22,6 +22,8 @@ use std::hash::Hash;
 pub struct Walker {
     state: StateId,
     start: StateId,
+    /// Steps of the episode so far.
+    age: u32,
     in_episode: bool,
     shaper: RewardShaper,
     trajectory: Trajectory,
@@ -56,6 +58,7 @@ impl Walker {
         Self {
             state: StateId(0),
             start: StateId(0),
+            age: 0,
             in_episode: false,
             shaper: RewardShaper::new(world.gamma()),
             trajectory: Trajectory::default(),
@@ -75,6 +78,8 @@ impl Walker {
         let state = world.intern(start);
         self.start = state;
         self.state = state;
+        self.age = 0;
+        world.meet(state, 0);
         self.in_episode = true;
         self.trajectory.begin();
         self.shaper.begin_episode(world.potential().value(state));
@@ -114,10 +119,12 @@ impl Walker {
             self.explorer.learn(exploration, graph, recorded.step);
         }
         let none_known = world.goals().is_empty();
-        let lost_goal = !terminated && world.forget_goal(next);
+        let lost_goal = !terminated && world.forget_goal(next, step.reward);
         if lost_goal {
             self.explorer.lose_goal();
         }
+        self.age = self.age.saturating_add(1);
+        world.meet(next, self.age);
         world.count(self.start, next, step);
         world.count_returns(&mut self.trajectory, self.state, step);
         let first_goal = none_known && !world.goals().is_empty();

@@ -16,6 +16,7 @@ use super::goal_statistics::GoalStatistics;
 use super::params::PipelineParams;
 use super::returns::ReturnStatistics;
 use super::schedule::RefreshSchedule;
+use super::time_layers::TimeLayers;
 use crate::exploration::{CountBonus, ExplorationKind, ExplorationModel, Explorer, Optimism};
 use crate::features::{FeatureSet, FeatureSource};
 use crate::graph::{StateGraph, StateId, TransitionGraph};
@@ -47,6 +48,7 @@ pub struct WorldModel<S> {
     bonus: Option<CountBonus>,
     schedule: RefreshSchedule,
     goals: GoalStatistics,
+    layers: TimeLayers,
     /// For a potential that learns from them.
     returns: Option<ReturnStatistics>,
     /// Rise of φ that one step towards a goal is worth on average.
@@ -97,6 +99,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 Optimism::ExpectedReturn => GoalStatistics::of_paying_ends(),
                 _ => GoalStatistics::default(),
             },
+            layers: TimeLayers::new(),
             returns: (params.shaping.potential == PotentialKind::Gcn)
                 .then(ReturnStatistics::default),
             unit: 1.0,

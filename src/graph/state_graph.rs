@@ -93,6 +93,14 @@ impl<S: Clone + Eq + Hash> StateGraph<S> {
         self.transitions.record(from, action, reward, to, terminal)
     }
 
+    /// Forgets that episodes ended in `state` ([`TransitionGraph::forget_end`]).
+    ///
+    /// # Panics
+    /// If the state does not exist.
+    pub fn forget_end(&mut self, state: StateId, reward: f64) {
+        self.transitions.forget_end(state, reward);
+    }
+
     /// Checks that states and numbers agree, and the transitions with themselves; meant for tests.
     ///
     /// # Panics

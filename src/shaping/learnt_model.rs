@@ -12,9 +12,6 @@
 //!   While none is known, they lead to something that is worth 0, as much as not to have lost anything: with bad ends alone on the map φ keeps away
 //!   from them and rises to where there is something left to try.
 //!
-//! **What an end paid is forgotten with it**: a step into a state where episodes ended once, and end no longer, counts as an ordinary one. Or else a
-//! goal that has moved away would pay for ever.
-//!
 //! **Loops that pay for ever** have a return all the same: episodes are taken to end by themselves, after 10 n steps on average, ten times as long
 //! as any way among the n states that crosses itself nowhere.
 //!
@@ -53,12 +50,7 @@ impl LearntModel {
     ) -> Result<Self, ShapingError> {
         let n = graph.num_states();
         let is_end = |state: StateId| ends.get(state.index()).copied().unwrap_or(false);
-        let ordinary = ordinary_reward(graph);
-        let paid = |outcome: &ObservedOutcome| match outcome.terminal && !is_end(outcome.next) {
-            true => ordinary * f64::from(outcome.count),
-            false => outcome.reward_sum,
-        };
-        let ways_in = mean_rewards_into(graph, paid);
+        let ways_in = mean_rewards_into(graph);
         let mut model = Writer {
             g: discount(gamma, n),
             ..Writer::default()
@@ -67,10 +59,7 @@ impl LearntModel {
         for state in (0..n as u32).map(StateId) {
             if !is_end(state) {
                 seen.clear();
-                seen.extend(graph.outcomes(state).map(|outcome| ObservedOutcome {
-                    reward_sum: paid(&outcome),
-                    ..outcome
-                }));
+                seen.extend(graph.outcomes(state));
                 let best_stay = model.write_tried(state, &mut seen, &is_end)?;
                 if graph.untried_actions(state) > 0 && goal_known {
                     let tried = |next: StateId| seen.iter().any(|outcome| outcome.next == next);
@@ -244,25 +233,13 @@ impl Writer {
     }
 }
 
-/// Mean reward of the steps that never ended an episode; 0 if there were none.
-fn ordinary_reward(graph: &TransitionGraph) -> f64 {
-    let states = (0..graph.num_states() as u32).map(StateId);
-    let outcomes = states.flat_map(|state| graph.outcomes(state));
-    let (sum, count) = outcomes
-        .filter(|outcome| !outcome.terminal)
-        .fold((0.0, 0.0), |(sum, count), outcome| {
-            (sum + outcome.reward_sum, count + f64::from(outcome.count))
-        });
-    if count > 0.0 { sum / count } else { 0.0 }
-}
-
-/// By state: the mean of what was `paid` for the steps that led into it from elsewhere; 0 if there were none.
-fn mean_rewards_into(graph: &TransitionGraph, paid: impl Fn(&ObservedOutcome) -> f64) -> Vec<f64> {
+/// By state: the mean of what the steps paid that led into it from elsewhere; 0 if there were none.
+fn mean_rewards_into(graph: &TransitionGraph) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); graph.num_states()];
     for state in (0..graph.num_states() as u32).map(StateId) {
         for outcome in graph.outcomes(state).filter(|o| o.next != state) {
             let (reward, count) = &mut sums[outcome.next.index()];
-            *reward += paid(&outcome);
+            *reward += outcome.reward_sum;
             *count += f64::from(outcome.count);
         }
     }

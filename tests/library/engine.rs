@@ -109,6 +109,47 @@ fn the_pipeline_alone_shapes_as_it_does_inside_the_engine() {
     assert!(engine.agent().seen.iter().any(|seen| seen.1 != 0.0));
 }
 
+/// Compares what an agent is told of states with the potentials that it is given.
+struct Listener {
+    inner: AnyAgent,
+    known: usize,
+    fits: usize,
+}
+
+impl Agent for Listener {
+    fn select_action(&mut self, situation: Situation<'_>) -> Action {
+        self.inner.select_action(situation)
+    }
+
+    fn update(&mut self, experience: &Experience<'_>) -> eigentrail::agent::UpdateInfo {
+        self.known = self.known.max(experience.next.state.index() + 1);
+        self.inner.update(experience)
+    }
+
+    fn set_potential(&mut self, potential: &[f64]) {
+        assert_eq!(potential.len(), self.known, "φ of states it has heard of");
+        self.fits += 1;
+        self.inner.set_potential(potential);
+    }
+}
+
+/// Or else φ of a state found in the step of a fit would be lost on the agent, and values would begin at φ without the end that it is about.
+#[test]
+fn an_agent_hears_of_a_step_before_the_potential_that_was_fitted_on_it() {
+    let params = params(PotentialKind::Gcn, ExplorationKind::Frontier);
+    let listener = Listener {
+        inner: agent(5),
+        known: 1,
+        fits: 0,
+    };
+    let pipeline = ShapingPipeline::new(&params, 4, None, 5).unwrap();
+    let mut engine = Engine::new(open(7), pipeline, listener);
+    for _ in 0..15 {
+        engine.run_episode(|_, _| ()).unwrap();
+    }
+    assert!(engine.agent().fits > 3);
+}
+
 /// Σ F over an episode is φ_T(s_T) − φ_0(s_0) (γ = 1), φ being re-fitted on the way; and 0 − φ_0(s_0) at a goal.
 #[test]
 fn shaping_telescopes_over_episodes_with_fits_in_between() {

@@ -3,7 +3,7 @@
 use super::WorldModel;
 use crate::engine::error::PipelineError;
 use crate::engine::goal_statistics::LostEnd;
-use crate::engine::returns::Trajectory;
+use crate::engine::returns::{ReturnStatistics, Trajectory};
 use crate::env::{Action, Step, StepStatus};
 use crate::exploration::RecordedStep;
 use crate::graph::StateId;
@@ -38,6 +38,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         let terminated = step.status == StepStatus::Terminated;
         let (to, new_state) = self.graph.intern(&step.state);
         let untried = self.graph.transitions().tries(from, action) == 0;
+        let known = self.graph.transitions().num_transitions();
         let new_edge = self.graph.record(from, action, step.reward, to, terminated);
         self.pairs_tried += u64::from(untried);
         if new_state {
@@ -49,7 +50,8 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 action,
                 to,
                 terminated,
-                first_time: untried || new_edge || new_state,
+                new_way: untried || new_edge || new_state,
+                first_time: self.graph.transitions().num_transitions() > known,
             },
             new_state,
         })
@@ -72,12 +74,16 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
 
     /// The episode goes on in `state`: if that was a goal it is none any more. Whether it was one.
     #[inline]
-    pub(in crate::engine) fn forget_goal(&mut self, state: StateId) -> bool {
+    pub(in crate::engine) fn forget_goal(&mut self, state: StateId, reward: f64) -> bool {
         let Some(lost) = self.goals.forget(state) else {
             return false;
         };
         self.schedule.invalidate_fit();
+        self.graph.forget_end(state, reward);
         let was_goal = lost == LostEnd::Goal;
+        if was_goal && let Some(returns) = &mut self.returns {
+            *returns = ReturnStatistics::default(); // of a task that is over
+        }
         if was_goal && let Some(exploration) = &mut self.exploration {
             exploration.forget_destination(self.graph.transitions(), state);
         }
@@ -108,6 +114,29 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         }
     }
 
+    /// Takes note of the time in the episode at which a state was met.
+    #[inline]
+    pub(in crate::engine) fn meet(&mut self, state: StateId, time: u32) {
+        if self.layers.meet(state, time) {
+            self.reconsider_ends();
+        }
+    }
+
+    /// Which ends are goals depends on whether time can be saved, of which something else is believed now.
+    #[cold]
+    fn reconsider_ends(&mut self) {
+        let time_counts = !self.layers.believed();
+        if self.goals.reconsider(time_counts) {
+            self.schedule.invalidate_fit();
+        }
+        if let Some(exploration) = &mut self.exploration {
+            exploration.set_time_counts(time_counts);
+            if self.goals.is_empty() {
+                exploration.set_destinations(self.graph.transitions(), &[]);
+            }
+        }
+    }
+
     /// Counts what a step of an episode that began in `start` says of goals and costs.
     #[inline]
     pub(in crate::engine) fn count(&mut self, start: StateId, next: StateId, step: &Step<S>) {
@@ -115,12 +144,23 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
             StepStatus::Running => self.goals.count_step(step.reward),
             StepStatus::Truncated => self.goals.label_trajectory(start, next, false),
             StepStatus::Terminated => {
-                if self.goals.count_ending(next, step.reward) {
+                if self
+                    .goals
+                    .count_ending(next, step.reward, !self.layers.believed())
+                {
                     self.schedule.invalidate_fit();
+                }
+                if self.layers.end_episode() {
+                    self.reconsider_ends();
                 }
                 let at_goal = self.goals.contains(next);
                 self.goals.label_trajectory(start, next, at_goal);
             }
+        }
+        if self.goals.something_pays()
+            && let Some(exploration) = &mut self.exploration
+        {
+            exploration.set_something_pays();
         }
     }
 }

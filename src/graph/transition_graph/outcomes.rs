@@ -61,6 +61,15 @@ impl TransitionGraph {
             .map(|edge| state_of(edge.target()))
     }
 
+    /// The same of the times when it led elsewhere; `None` if it never did. O(out-degree).
+    pub fn likely_departure(&self, state: StateId, action: Action) -> Option<StateId> {
+        self.digraph
+            .edges(node(state))
+            .filter(|edge| edge.weight().action == action && edge.target() != node(state))
+            .max_by_key(|edge| (edge.weight().count, Reverse(edge.id())))
+            .map(|edge| state_of(edge.target()))
+    }
+
     /// r̂(s, a), the mean reward of (state, action); `None` if it was never tried. O(out-degree).
     pub fn mean_reward(&self, state: StateId, action: Action) -> Option<f64> {
         mean_reward(self.outcomes_of(state, action))
@@ -69,6 +78,22 @@ impl TransitionGraph {
     /// The mean reward of a step from `state`, over all its steps so far; `None` if there was none. O(out-degree).
     pub fn mean_step_reward(&self, state: StateId) -> Option<f64> {
         mean_reward(self.outcomes(state))
+    }
+
+    /// Forgets that episodes ended in `state`, and what that paid: every way into it counts as one that pays `reward` and goes on. O(in-degree).
+    ///
+    /// # Panics
+    /// If the state does not exist.
+    pub fn forget_end(&mut self, state: StateId, reward: f64) {
+        let mut ways = self
+            .digraph
+            .neighbors_directed(node(state), Direction::Incoming)
+            .detach();
+        while let Some(way) = ways.next_edge(&self.digraph) {
+            let seen = &mut self.digraph[way];
+            seen.reward_sum = reward * f64::from(seen.count);
+            seen.terminal = false;
+        }
     }
 
     /// States from which `state` was entered, by one entry per transition seen: a state can come up more than once,
