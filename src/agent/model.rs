@@ -28,6 +28,8 @@ struct Entry {
     to: u32,
     count: u32,
     reward_sum: f64,
+    /// Σ (r − r̂)², 0 while all rewards were equal.
+    deviation: f64,
     shaping: f64,
     next_outcome: u32,
     next_way_in: u32,
@@ -76,7 +78,55 @@ pub(crate) struct EmpiricalModel {
     first_way_in: Vec<u32>,
     terminal: Vec<bool>,
     entries: Vec<Entry>,
+    noise: RewardNoise,
 }
+
+/// Rewards of transitions that did not always pay the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct RewardNoise {
+    /// Σ (r − r̂)² over all of these, and of how many rewards, less one a transition.
+    deviation: f64,
+    rewards: u64,
+}
+
+impl RewardNoise {
+    /// σ₀², 0 while every transition paid the same each time.
+    fn variance(self) -> f64 {
+        match self.rewards {
+            0 => 0.0,
+            rewards => (self.deviation / rewards as f64).max(0.0),
+        }
+    }
+
+    /// Takes in one more reward of `entry`, before it is added to the others.
+    fn count(&mut self, entry: &mut Entry, reward: f64) {
+        let count = f64::from(entry.count);
+        let surprise = reward - entry.reward_sum / count;
+        if entry.count == 0 || surprise.abs() <= ROUNDING * reward.abs() {
+            return;
+        }
+        self.rewards += match entry.deviation > 0.0 {
+            true => 1,
+            false => u64::from(entry.count), // those before count from now on, too
+        };
+        let more = surprise.powi(2) * count / (count + 1.0);
+        entry.deviation += more;
+        self.deviation += more;
+    }
+}
+
+impl RewardNoise {
+    /// `entry` has been given new rewards, all equal.
+    fn forget(&mut self, entry: &mut Entry) {
+        if entry.deviation > 0.0 {
+            self.deviation -= std::mem::take(&mut entry.deviation);
+            self.rewards = self.rewards.saturating_sub(u64::from(entry.count) - 1);
+        }
+    }
+}
+
+/// Relative differences of rewards that are none.
+const ROUNDING: f64 = 1e-9;
 
 impl EmpiricalModel {
     /// Nothing seen yet; rewards will be r + `mix` · F.
@@ -93,6 +143,7 @@ impl EmpiricalModel {
             first_way_in: Vec::new(),
             terminal: Vec::new(),
             entries: Vec::new(),
+            noise: RewardNoise::default(),
         }
     }
 
@@ -135,17 +186,22 @@ impl EmpiricalModel {
             "action out of range"
         );
         self.grow_to(StateId(from.0.max(to.0)));
+        let terminal = experience.status == StepStatus::Terminated;
+        let changed = std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal;
+        let mut noise = self.noise;
         let entry = self.entry(from, experience.action, to);
         if entry.count < u32::MAX {
+            if !changed {
+                noise.count(entry, experience.reward);
+            }
             entry.count += 1;
             entry.reward_sum += experience.reward;
         }
         entry.shaping = experience.shaping;
+        self.noise = noise;
         let place = self.place(from, experience.action);
         self.untried[from.index()] -= u32::from(self.pairs[place].tries == 0);
         self.pairs[place].tries = self.pairs[place].tries.saturating_add(1);
-        let terminal = experience.status == StepStatus::Terminated;
-        let changed = std::mem::replace(&mut self.terminal[to.index()], terminal) != terminal;
         if changed {
             self.forget_rewards(to, experience.reward);
         }
@@ -157,6 +213,7 @@ impl EmpiricalModel {
         let mut way = self.first_way_in[state.index()];
         while let Some(entry) = self.entries.get_mut(way as usize) {
             entry.reward_sum = latest * f64::from(entry.count);
+            self.noise.forget(entry);
             way = entry.next_way_in;
         }
     }
@@ -176,6 +233,7 @@ impl EmpiricalModel {
                 to: to.0,
                 count: 0,
                 reward_sum: 0.0,
+                deviation: 0.0,
                 shaping: 0.0,
                 next_outcome: std::mem::replace(&mut self.pairs[place].first, link),
                 next_way_in: std::mem::replace(&mut self.first_way_in[to.index()], link),
@@ -259,6 +317,35 @@ impl EmpiricalModel {
             })
             .sum();
         Some(total / f64::from(pair.tries))
+    }
+
+    /// σ₀, the typical deviation of the rewards of a transition that does not always pay the same; 0 while there is none.
+    pub fn reward_noise(&self) -> f64 {
+        self.noise.variance().sqrt()
+    }
+
+    /// Standard error of r̂(state, action): √(Σ_s′ N(s, a, s′) σ²(s, a, s′)) / N(s, a). σ is that of the rewards seen, σ₀ for a single one, 0 if all of several were equal.
+    /// 0 if the action was never tried. O(outcomes).
+    pub fn standard_error_of_reward(&self, state: StateId, action: Action) -> f64 {
+        let Some(pair) = self
+            .pairs
+            .get(self.place(state, action))
+            .filter(|pair| pair.tries > 0 && self.noise.rewards > 0)
+        else {
+            return 0.0;
+        };
+        let typical = self.noise.variance();
+        let of_outcome = |i: usize| {
+            let entry = &self.entries[i];
+            match (entry.count, entry.deviation > 0.0) {
+                (1, _) => typical,
+                (_, true) => entry.deviation + typical, // as of one more deviation that is typical
+                (_, false) => 0.0,
+            }
+        };
+        let outcomes = chain(&self.entries, pair.first, |e| e.next_outcome);
+        let sum: f64 = outcomes.map(of_outcome).sum();
+        sum.sqrt() / f64::from(pair.tries)
     }
 
     /// The states seen to follow from `action` in `state`, with their probabilities; none if it was never tried.
