@@ -5,12 +5,16 @@
 //! action would lead, and a lower bound Σ|pos(s) − pos(g)| on the steps from s to g. Grid worlds are like that,
 //! most other worlds are not, and nobody tells the agent: the hypothesis is built from the transitions seen
 //! (pairs of actions that undo one another share an axis with opposite signs) and tested on every loop that
-//! closes. While it is not confirmed, or once loops contradict it, nothing is predicted and the bound is 0.
+//! closes. While it is not confirmed, or once loops contradict it, no places are predicted and the bound is 0.
+//!
+//! Where actions turn, a place has a heading, too, and what an action does to a place depends on it ([`chart`], [`headings`]).
 //!
 //! Where actions slip, one step tells little; [`relocation`] then takes all steps together, and [`action_noise`] says how an
 //! action's outcomes are spread.
 
 pub mod action_noise;
+mod chart;
+mod headings;
 mod moves;
 mod placement;
 pub mod relocation;
@@ -19,18 +23,17 @@ pub use action_noise::ActionNoise;
 
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
+pub(super) use chart::Place;
+use chart::{AxisDirection, Chart, Effect, MIN_AGREEMENT};
+use headings::Cycles;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
-use std::ops::Deref;
 
 /// Tests of "b undoes a" before it is believed.
 const MIN_UNDO_TESTS: u32 = 2;
-/// Closed loops before positions are believed.
-const MIN_LOOPS: u64 = 4;
-/// Believed facts hold in at least this share of their tests.
-const MIN_AGREEMENT: f64 = 0.95;
 /// With more actions than this the table of pairs is not worth its cost.
 const MAX_ACTIONS: usize = 16;
+/// An action that has moved in less than one of so many states is not expected to.
+const RARE: u32 = 64;
 
 /// Expected outcome of an untried action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,72 +41,42 @@ pub enum Prediction {
     /// It undoes the step by which the state was entered from this neighbour, or goes a way that is known: as good as
     /// known itself.
     Undo(StateId),
-    /// It leads to the position of this state, if nothing stands in between.
+    /// It turns to the place of this state.
+    Turn(StateId),
+    /// It leads to the place of this state, if nothing stands in between.
     Known(StateId),
+    /// It leads to a point where states are known, with other headings.
+    OtherHeading,
+    /// It hardly ever moves anything.
+    Idle,
+    /// It leads to a position into which some action bumped from another side.
+    Wall,
     /// It leads to a position where no state is known, if nothing stands in between.
     Fresh,
     /// Nothing is known about it.
     Unknown,
 }
 
-/// Axis and sign of an action's displacement.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct AxisDirection {
-    axis: usize,
-    sign: i32,
-}
-
-/// Coordinates of a place, one per axis: no more axes than actions, and no more actions than [`MAX_ACTIONS`].
-#[derive(Clone, Copy, Debug)]
-struct Position {
-    coordinates: [i32; MAX_ACTIONS],
-    num_axes: usize,
-}
-
-impl Position {
-    fn of(row: &[i32]) -> Self {
-        let mut coordinates = [0; MAX_ACTIONS];
-        coordinates[..row.len()].copy_from_slice(row);
-        Self {
-            coordinates,
-            num_axes: row.len(),
-        }
-    }
-
-    fn moved(mut self, direction: AxisDirection) -> Self {
-        self.coordinates[direction.axis] += direction.sign;
-        self
-    }
-}
-
-impl Deref for Position {
-    type Target = [i32];
-
-    fn deref(&self) -> &[i32] {
-        &self.coordinates[..self.num_axes]
-    }
-}
-
-/// The learnt displacements. Memory O(n · axes); an update is O(actions) and allocates only for new states.
+/// The learnt displacements. Memory O(n · axes + bumps); an update is O(actions · degree), and O(transitions) when the chart is drawn anew.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DeadReckoning {
     num_actions: usize,
+    is_thorough: bool,
     /// `tests[a · A + b]`: transitions a then b, both moving, that could show b undoing a; `undone` of them did.
     tests: Vec<u32>,
     undone: Vec<u32>,
     inverse: Vec<Option<Action>>,
-    /// Whether the action has ever led to another state.
-    moved: Vec<bool>,
-    directions: Vec<AxisDirection>,
-    num_axes: usize,
+    /// By action: in how many ways it was seen to lead to another state, and in how many states to lead nowhere.
+    moves_of: Vec<u32>,
+    bumps_of: Vec<u32>,
+    chart: Chart,
+    cycles: Cycles,
+    /// How often what is predicted has changed as a whole.
+    revision: u64,
     /// How each state was first entered, in order of discovery; `None` for starts.
     entry: Vec<Option<(StateId, Action)>>,
-    /// n × axes, row-major.
-    positions: Vec<i32>,
-    #[serde(with = "occupied")]
-    occupied: Occupied,
-    loops_confirmed: u64,
-    loops_contradicted: u64,
+    /// Steps that led nowhere.
+    bumps: Vec<(StateId, Action)>,
     /// Some action has led to two places.
     stochastic: bool,
     noise: Option<ActionNoise>,
@@ -112,49 +85,23 @@ pub struct DeadReckoning {
     due: u64,
 }
 
-/// Which state lies where.
-type Occupied = HashMap<Vec<i32>, StateId, foldhash::fast::FixedState>;
-
-/// [`Occupied`] as a list in the order of the states, so that equal maps are written alike.
-mod occupied {
-    use super::Occupied;
-    use crate::graph::StateId;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(map: &Occupied, to: S) -> Result<S::Ok, S::Error> {
-        let mut places: Vec<_> = map.iter().map(|(place, &state)| (state, place)).collect();
-        places.sort_unstable();
-        to.collect_seq(places)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Occupied, D::Error> {
-        let places = Vec::<(StateId, Vec<i32>)>::deserialize(from)?;
-        Ok(places
-            .into_iter()
-            .map(|(state, place)| (place, state))
-            .collect())
-    }
-}
-
 impl DeadReckoning {
-    /// Nothing known yet.
-    pub fn new(num_actions: usize) -> Self {
-        let directions = (0..num_actions)
-            .map(|axis| AxisDirection { axis, sign: 1 })
-            .collect();
+    /// Nothing known yet; `is_thorough`: walls, headings and idle actions are learnt, too.
+    pub fn new(num_actions: usize, is_thorough: bool) -> Self {
+        let own_axis = |axis| Effect::Shift(AxisDirection { axis, sign: 1 });
         Self {
             num_actions,
+            is_thorough,
             tests: vec![0; num_actions * num_actions],
             undone: vec![0; num_actions * num_actions],
             inverse: vec![None; num_actions],
-            moved: vec![false; num_actions],
-            directions,
-            num_axes: num_actions,
+            moves_of: vec![0; num_actions],
+            bumps_of: vec![0; num_actions],
+            chart: Chart::new((0..num_actions.min(MAX_ACTIONS)).map(own_axis).collect(), 1),
+            cycles: Cycles::new(num_actions),
+            revision: 0,
             entry: Vec::new(),
-            positions: Vec::new(),
-            occupied: HashMap::default(),
-            loops_confirmed: 0,
-            loops_contradicted: 0,
+            bumps: Vec::new(),
             stochastic: false,
             noise: None,
             steps: 0,
@@ -162,10 +109,47 @@ impl DeadReckoning {
         }
     }
 
-    /// Whether positions have been confirmed by closed loops.
+    /// Whether places have been confirmed by closed loops.
     pub fn trusted(&self) -> bool {
-        let tests = self.loops_confirmed + self.loops_contradicted;
-        tests >= MIN_LOOPS && self.loops_confirmed as f64 >= MIN_AGREEMENT * tests as f64
+        self.chart.trusted()
+    }
+
+    /// Whether places have headings, and have been confirmed.
+    pub fn turns(&self) -> bool {
+        self.chart.has_headings() && self.trusted()
+    }
+
+    /// Untried turns of `state` that lead to a state that is known. None before places with headings are trusted. O(actions).
+    pub fn known_turns(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+    ) -> impl Iterator<Item = StateId> {
+        let actions = (0..self.num_actions as u16).map(Action);
+        let untried = actions
+            .filter(move |&action| {
+                self.turns() && state.index() < self.chart.len() && self.chart.is_turn(action)
+            })
+            .filter(move |&action| graph.tries(state, action) == 0);
+        untried.filter_map(move |action| self.at(&self.chart.target(state, action)))
+    }
+
+    /// States an untried turn of which leads to `state`. None before places with headings are trusted. O(actions).
+    pub fn known_turns_to(
+        &self,
+        graph: &TransitionGraph,
+        state: StateId,
+    ) -> impl Iterator<Item = StateId> {
+        let turns = self.turns().then(|| self.chart.turned_from(state));
+        let untried = turns
+            .into_iter()
+            .flatten()
+            .filter(|&(from, action)| graph.tries(from, action) == 0);
+        untried.map(|(from, _)| from)
+    }
+
+    fn at(&self, place: &Place) -> Option<StateId> {
+        self.chart.occupied.get(&**place).copied()
     }
 
     /// The action that undoes `action`, once believed.
@@ -183,7 +167,7 @@ impl DeadReckoning {
         }
     }
 
-    /// Learns from the first time that `action` in `from` led to `to`. Call after the graph has recorded it.
+    /// Learns from the first step of `action` in `from`, and from the first one between `from` and `to`. Call after the graph has recorded it.
     pub fn learn(&mut self, graph: &TransitionGraph, from: StateId, action: Action, to: StateId) {
         if self.num_actions > MAX_ACTIONS {
             return;
@@ -192,14 +176,24 @@ impl DeadReckoning {
             self.entry.push(Some((from, action)));
             self.append_position(to);
         } else if to != from && !self.stochastic {
-            self.close_loop(from, action, to);
+            self.chart.close_loop(from, action, to);
         }
         if !self.stochastic && graph.tries(from, action) > 1 {
             self.expect_slips();
         }
         if to != from {
-            self.moved[action.index()] = true;
+            self.moves_of[action.index()] += 1;
             self.test_undoing(graph, from, action, to);
+            if self.is_thorough && !self.stochastic {
+                self.cycles.learn(graph, from, action, to);
+                self.try_headings(graph);
+            }
+        } else {
+            self.bumps_of[action.index()] += 1;
+            if self.is_thorough && !self.stochastic {
+                self.bumps.push((from, action));
+                self.chart.mark_wall(from, action);
+            }
         }
     }
 
@@ -216,11 +210,62 @@ impl DeadReckoning {
                 }
             }
         }
+        if self.is_idle(action) {
+            return Prediction::Idle;
+        }
         if !self.trusted() || from.index() >= self.entry.len() {
             return Prediction::Unknown;
         }
-        match self.occupied.get(&*self.target(from, action)) {
-            Some(&state) => Prediction::Known(state),
+        self.prediction_of(&self.chart.target(from, action), action)
+    }
+
+    /// Whether `action` has moved in so few of the states where it was tried that it is not expected to in the next one.
+    fn is_idle(&self, action: Action) -> bool {
+        let (moves, bumps) = (self.moves_of[action.index()], self.bumps_of[action.index()]);
+        self.is_thorough && (moves + 1) * RARE < moves + bumps + 2
+    }
+
+    /// How many points are known: what was found since at one of them, with another heading, was expected. As many as states, while places have no headings or are not trusted.
+    pub fn num_points(&self, graph: &TransitionGraph) -> usize {
+        match self.turns() {
+            true => self.chart.num_points(),
+            false => graph.num_states(),
+        }
+    }
+
+    /// Counts how often predictions have changed as a whole.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// States known at the point of `place`, with any heading.
+    pub fn states_at(&self, place: &Place) -> impl Iterator<Item = StateId> {
+        self.chart.states_at(*place)
+    }
+
+    /// Where `state` lies, if it is known and places are trusted.
+    pub fn place(&self, state: StateId) -> Option<Place> {
+        let is_known = self.trusted() && state.index() < self.chart.len();
+        is_known.then(|| Place::of(self.chart.position(state)))
+    }
+
+    /// What `action` is expected to do at `place`, where no state need be known, and to where it leads.
+    pub fn predict_from(&self, place: &Place, action: Action) -> (Prediction, Place) {
+        let target = self.chart.moved(*place, action);
+        let prediction = match self.is_idle(action) {
+            true => Prediction::Idle,
+            false => self.prediction_of(&target, action),
+        };
+        (prediction, target)
+    }
+
+    /// What there is at the place to where `action` is headed.
+    fn prediction_of(&self, target: &Place, action: Action) -> Prediction {
+        match self.at(target) {
+            Some(state) if self.chart.is_turn(action) => Prediction::Turn(state),
+            Some(state) => Prediction::Known(state),
+            None if self.chart.is_visited(target) => Prediction::OtherHeading,
+            None if !self.stochastic && self.chart.is_wall(target) => Prediction::Wall,
             None => Prediction::Fresh,
         }
     }
@@ -234,60 +279,31 @@ impl DeadReckoning {
         if !placed || !self.trusted() || !self.is_paired(action) {
             return 0;
         }
-        let target = self.target(from, action);
-        let goal = self.position(goal);
-        target.iter().zip(goal).map(|(a, b)| a.abs_diff(*b)).sum()
+        self.chart
+            .lower_bound(&self.chart.target(from, action), goal)
     }
 
-    /// How many positions next to the place where `action` leads from `from` are taken; 0 while positions are not
-    /// trusted. O(axes).
-    pub fn known_sides(&self, from: StateId, action: Action) -> u32 {
-        if !self.trusted() || from.index() >= self.entry.len() {
-            return 0;
-        }
-        let target = self.target(from, action);
-        let mut sides = 0;
-        for axis in 0..self.num_axes {
-            for sign in [1, -1] {
-                let side = target.moved(AxisDirection { axis, sign });
-                sides += u32::from(self.occupied.contains_key(&*side));
-            }
-        }
-        sides
+    /// How many points next to that of `place` are taken. O(axes).
+    pub fn known_sides(&self, place: &Place) -> u32 {
+        self.chart.visited_sides(place)
     }
 
-    /// Whether `action`, and every action that has ever moved, has a known inverse.
+    /// Whether `action`, and every action that has ever moved, has a known inverse, or turns or goes ahead: then it is known how all of them move.
     fn is_paired(&self, action: Action) -> bool {
-        let mut actions = self.inverse.iter().zip(&self.moved);
-        self.inverse[action.index()].is_some()
-            && actions.all(|(inverse, &moved)| inverse.is_some() || !moved)
-    }
-
-    fn position(&self, state: StateId) -> &[i32] {
-        &self.positions[state.index() * self.num_axes..][..self.num_axes]
-    }
-
-    /// Where `action` leads from `from`, if nothing stands in between.
-    fn target(&self, from: StateId, action: Action) -> Position {
-        Position::of(self.position(from)).moved(self.directions[action.index()])
+        let is_known = |a: usize| {
+            self.inverse[a].is_some() || !matches!(self.chart.effects[a], Effect::Shift(_))
+        };
+        let mut actions = 0..self.num_actions;
+        is_known(action.index()) && actions.all(|a| is_known(a) || self.moves_of[a] == 0)
     }
 
     fn append_position(&mut self, state: StateId) {
         let place = match self.entry[state.index()] {
             Some((from, action)) if self.stochastic => self.likely_target(from, action),
-            Some((from, action)) => self.target(from, action),
-            None => Position::of(&[0; MAX_ACTIONS][..self.num_axes]),
+            Some((from, action)) => self.chart.target(from, action),
+            None => self.chart.origin(),
         };
-        self.positions.extend_from_slice(&place);
-        self.occupied.entry(place.to_vec()).or_insert(state);
-    }
-
-    fn close_loop(&mut self, from: StateId, action: Action, to: StateId) {
-        if *self.position(to) == *self.target(from, action) {
-            self.loops_confirmed += 1;
-        } else {
-            self.loops_contradicted += 1;
-        }
+        self.chart.append(state, &place);
     }
 
     /// Tests the new step against its known successors and predecessors.
@@ -324,7 +340,9 @@ impl DeadReckoning {
         {
             self.inverse[first.index()] = Some(second);
             self.inverse[second.index()] = Some(first);
-            self.rebuild_axes();
+            if !self.chart.has_headings() {
+                self.rebuild_axes();
+            }
         }
     }
 
@@ -334,35 +352,36 @@ impl DeadReckoning {
         tests >= MIN_UNDO_TESTS && f64::from(self.undone[pair]) >= MIN_AGREEMENT * f64::from(tests)
     }
 
-    /// Gives each pair of inverses one axis.
-    fn assign_axes(&mut self) {
-        self.num_axes = 0;
+    /// A chart without headings, where each pair of inverses has one axis; no state has a place yet.
+    fn chart_of_pairs(&self) -> Chart {
+        let mut effects: Vec<Effect> = Vec::with_capacity(self.num_actions);
+        let mut num_axes = 0;
         for a in 0..self.num_actions {
-            self.directions[a] = match self.inverse[a] {
-                Some(b) if b.index() < a => AxisDirection {
-                    axis: self.directions[b.index()].axis,
-                    sign: -1,
+            let direction = match self.inverse[a] {
+                Some(b) if b.index() < a => match effects[b.index()] {
+                    Effect::Shift(AxisDirection { axis, .. }) => AxisDirection { axis, sign: -1 },
+                    _ => unreachable!("there are no headings"),
                 },
                 _ => {
-                    self.num_axes += 1;
-                    AxisDirection {
-                        axis: self.num_axes - 1,
-                        sign: 1,
-                    }
+                    num_axes += 1;
+                    let axis = num_axes - 1;
+                    AxisDirection { axis, sign: 1 }
                 }
             };
+            effects.push(Effect::Shift(direction));
         }
+        Chart::new(effects, 1)
     }
 
-    /// Reckons all positions anew; happens once a pair.
+    /// Draws a chart anew, its loops to be confirmed by what follows; happens once a pair, and when actions turn out to slip.
     fn rebuild_axes(&mut self) {
-        self.assign_axes();
-        self.positions.clear();
-        self.occupied.clear();
-        self.loops_confirmed = 0;
-        self.loops_contradicted = 0;
+        self.revision += 1;
+        self.chart = self.chart_of_pairs();
         for state in 0..self.entry.len() as u32 {
             self.append_position(StateId(state));
+        }
+        for &(from, action) in &self.bumps {
+            self.chart.mark_wall(from, action);
         }
     }
 }

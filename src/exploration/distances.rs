@@ -1,15 +1,17 @@
 //! Hops on the visited graph, along steps that the agent could take as far as it knows.
 //!
 //! A step u → v counts as possible if some action of u was seen to lead to v, or if v was seen to lead to u and u
-//! still has untried actions, one of which may lead back: so one-way doors are respected once they are known.
+//! still has untried actions, one of which may lead back: so one-way doors are respected once they are known. Where places have
+//! headings no action leads back; there a turn counts as possible that is known to lead to v.
 
+use super::dead_reckoning::DeadReckoning;
 use crate::graph::connectivity::{HopSearch, Links, UNREACHED};
 use crate::graph::{StateId, TransitionGraph};
 use serde::{Deserialize, Serialize};
 
 /// Possible steps in their direction.
 #[derive(Clone, Copy, Debug)]
-pub struct PossibleSteps<'a>(pub &'a TransitionGraph);
+pub struct PossibleSteps<'a>(pub &'a TransitionGraph, pub &'a DeadReckoning);
 
 impl Links for PossibleSteps<'_> {
     fn num_nodes(&self) -> usize {
@@ -20,16 +22,18 @@ impl Links for PossibleSteps<'_> {
         let state = StateId(node);
         let guessed = match self.0.untried_actions(state) {
             0 => &[],
+            _ if self.1.turns() => &[],
             _ => self.0.adjacency().neighbors(node),
         };
         let seen = self.0.outcomes(state).map(|outcome| outcome.next.0);
-        seen.chain(guessed.iter().copied())
+        let turns = self.1.known_turns(self.0, state).map(|next| next.0);
+        seen.chain(guessed.iter().copied()).chain(turns)
     }
 }
 
 /// Possible steps against their direction.
 #[derive(Clone, Copy, Debug)]
-pub struct PossibleStepsBack<'a>(pub &'a TransitionGraph);
+pub struct PossibleStepsBack<'a>(pub &'a TransitionGraph, pub &'a DeadReckoning);
 
 impl Links for PossibleStepsBack<'_> {
     fn num_nodes(&self) -> usize {
@@ -37,13 +41,16 @@ impl Links for PossibleStepsBack<'_> {
     }
 
     fn linked(&self, node: u32) -> impl Iterator<Item = u32> {
-        let has_untried = |u: &u32| self.0.untried_actions(StateId(*u)) > 0;
+        let may_lead_back = !self.1.turns();
+        let has_untried = move |u: &u32| may_lead_back && self.0.untried_actions(StateId(*u)) > 0;
         let neighbors = self.0.adjacency().neighbors(node).iter().copied();
         let seen = self
             .0
             .predecessors(StateId(node))
             .map(|previous| previous.0);
+        let turns = self.1.known_turns_to(self.0, StateId(node));
         seen.chain(neighbors.filter(has_untried))
+            .chain(turns.map(|previous| previous.0))
     }
 }
 
@@ -75,17 +82,27 @@ impl Distances {
     ///
     /// # Panics
     /// If `start` is not in the graph.
-    pub fn search_from(&mut self, graph: &TransitionGraph, start: StateId) {
-        self.search.run(&PossibleSteps(graph), [start]);
+    pub fn search_from(
+        &mut self,
+        graph: &TransitionGraph,
+        reckoning: &DeadReckoning,
+        start: StateId,
+    ) {
+        self.search.run(&PossibleSteps(graph, reckoning), [start]);
     }
 
     /// Hops from every state to the nearest of `goals`, each with a handicap in hops. O(n + m).
     ///
     /// # Panics
     /// If a goal is not in the graph.
-    pub fn search_to(&mut self, graph: &TransitionGraph, goals: &[(StateId, u32)]) {
+    pub fn search_to(
+        &mut self,
+        graph: &TransitionGraph,
+        reckoning: &DeadReckoning,
+        goals: &[(StateId, u32)],
+    ) {
         self.search
-            .run_with_handicaps(&PossibleStepsBack(graph), goals);
+            .run_with_handicaps(&PossibleStepsBack(graph, reckoning), goals);
     }
 }
 
@@ -97,6 +114,11 @@ mod tests {
     use petgraph::algo::dijkstra;
     use petgraph::graph::{DiGraph, NodeIndex};
     use proptest::prelude::*;
+
+    /// Knows nothing of what actions do.
+    fn unaware(graph: &TransitionGraph) -> DeadReckoning {
+        DeadReckoning::new(graph.num_actions(), true)
+    }
 
     /// The rule of the module's head, pair by pair.
     fn is_possible(graph: &TransitionGraph, from: StateId, to: StateId) -> bool {
@@ -143,10 +165,10 @@ mod tests {
             let n = graph.num_states() as u32;
             let mut distances = Distances::default();
             let start = StateId(start % n);
-            distances.search_from(&graph, start);
+            distances.search_from(&graph, &unaware(&graph), start);
             prop_assert_eq!(all(&distances, &graph), oracle(&graph, &[(start, 0)], false));
             let goals: Vec<_> = goals.iter().map(|&(g, h)| (StateId(g % n), h)).collect();
-            distances.search_to(&graph, &goals);
+            distances.search_to(&graph, &unaware(&graph), &goals);
             let expected = oracle(&graph, &goals, true);
             prop_assert_eq!(all(&distances, &graph), &expected[..]);
             let farthest = expected.into_iter().filter(|&hops| hops != UNREACHED).max();
@@ -160,12 +182,12 @@ mod tests {
         let [hall, yard] = std::array::from_fn(|_| graph.add_state());
         graph.record(hall, Action(0), -1.0, yard, false);
         let mut distances = Distances::default();
-        distances.search_to(&graph, &[(hall, 0)]);
+        distances.search_to(&graph, &unaware(&graph), &[(hall, 0)]);
         assert_eq!(distances.get(yard), 1, "the untried action may lead back");
         graph.record(yard, Action(0), -1.0, yard, false);
-        distances.search_to(&graph, &[(hall, 0)]);
+        distances.search_to(&graph, &unaware(&graph), &[(hall, 0)]);
         assert_eq!(distances.get(yard), UNREACHED);
-        distances.search_from(&graph, hall);
+        distances.search_from(&graph, &unaware(&graph), hall);
         assert_eq!(distances.get(yard), 1);
     }
 }

@@ -1,16 +1,21 @@
 //! One explorer: where it looks before the first goal, what is still worth a look after it.
 //!
-//! **Before the first goal** it advises the way to the nearest promising untried action; one whose outcome is
-//! plain, because it undoes a step, is a last resort. **After it**, with d₀ the hops from the start, d* the hops to the
+//! **Before anything worth having is known** it advises the way to the nearest untried action of the best kind: one that leads to a new
+//! place; then one that shows a known place from another side; then one between known places, into a wall, or of a kind that hardly ever does anything;
+//! at last one that undoes a step.
+//!
+//! **After the first goal**, with d₀ the hops from the start, d* the hops to the
 //! goal and L = d*(start), an untried action a of s is tried only if the best that it could lead to is an
 //! improvement: d₀(s) + 1 + h < L, where h is the lower bound of dead reckoning, or 0 without it (with which this is
 //! the optimism of R-max). When nothing is left to try, the advice is the rise of the potential along each action,
 //! if that is asked for (`potential_advice` > 0), and against untried actions that do not lead back.
 //!
-//! With [`Optimism::ExpectedReturn`], where actions slip, L is what the best policy known may be expected to cost, in hops.
+//! With [`Optimism::ExpectedReturn`], where actions slip, L is what the best policy known may be expected to cost, in hops. Where no time can be saved, no
+//! shorter paths are looked for.
 //!
-//! **Where goals pay** (one was seen to pay more than 0) no bound of that kind holds for goals not seen yet: one may pay
-//! more than the best one seen, however far it is. Then everything never seen is worth a look, for a share of the steps.
+//! **Where something pays** (more than 0) no bound of that kind holds for what was not seen yet: it may pay
+//! more than the best that was, however far it is, unless `reward_bound` says how much there can be. Then everything never seen is worth a look, within a
+//! budget of steps ([`search_budget`](super::search_budget)).
 //!
 //! **When the last goal is lost** (it was entered and the episode went on), the first search begins again, and known
 //! states that were not entered since then are as good a place to look as untried actions: the goal may have moved
@@ -22,8 +27,8 @@
 use super::Optimism;
 use super::distances::Distances;
 use super::frontier::{FrontierSearch, FrontierView, Interest};
-use super::model::{ExplorationModel, RecordedStep};
-use super::objective::{MAX_TRIES_WANTED, ObjectiveView, SearchObjective};
+use super::model::{ExplorationModel, RecordedStep, Survey};
+use super::objective::{MAPPED_ROUNDS, ObjectiveView, SearchObjective};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
 use crate::shaping::Potential;
@@ -37,11 +42,17 @@ pub struct Explorer {
     from_start: Distances,
     start: StateId,
     /// The action of the step before, within the episode.
-    heading: Option<Action>,
+    last_action: Option<Action>,
+    /// Steps of the episode so far.
+    age: u32,
     /// By objective: the state from which a search has found nothing. Searching again is no use until the graph or the
     /// start changes; until the next episode, if it was not the start, from where more may be in reach.
     exhausted: [Option<StateId>; SearchObjective::COUNT],
-    /// The plan is one of [`SearchObjective::OtherGoal`].
+    /// The best that was left at the last search, and what was known then: nothing better is left while that is all.
+    best_left: Option<(Survey, Interest)>,
+    /// No number of tries has anything left to show, as far as can be seen from here.
+    is_closed: bool,
+    /// The plan is not one for a shorter path to what is known.
     searching: bool,
     /// What of the model it has taken notice of.
     discoveries: u64,
@@ -56,8 +67,11 @@ impl Explorer {
             search: FrontierSearch::new(),
             from_start: Distances::default(),
             start: StateId(0),
-            heading: None,
+            last_action: None,
+            age: 0,
             exhausted: [None; SearchObjective::COUNT],
+            best_left: None,
+            is_closed: false,
             searching: false,
             discoveries: 0,
             goal_changes: 0,
@@ -77,7 +91,10 @@ impl Explorer {
         model.reckoning.add_start(start);
         model.stale.enter(start);
         self.search.clear();
-        self.heading = None;
+        self.last_action = None;
+        self.age = 0;
+        self.best_left = None;
+        self.is_closed = false;
         for exhausted in &mut self.exhausted {
             *exhausted = exhausted.filter(|from| *from == start);
         }
@@ -99,12 +116,20 @@ impl Explorer {
     ) {
         self.take_notice(model, graph);
         self.search.advance(step.from, step.action);
-        self.heading = Some(step.action);
+        self.age = self.age.saturating_add(1);
+        model.longest = model.longest.max(self.age);
+        self.last_action = Some(step.action);
         if step.first_time {
             self.exhausted[SearchObjective::FirstGoal as usize] = None;
+            self.is_closed = false;
             self.from_start.append(step.from, step.to);
         }
         model.learn(graph, step, self.searching);
+        if self.search.awaits_place()
+            && let Some(place) = model.reckoning.place(step.to)
+        {
+            self.search.arrive(step.to, &place);
+        }
         self.discoveries = model.discoveries;
     }
 
@@ -126,6 +151,7 @@ impl Explorer {
         if self.discoveries != model.discoveries {
             self.discoveries = model.discoveries;
             self.exhausted[SearchObjective::FirstGoal as usize] = None;
+            self.is_closed = false;
             if !self.is_plan_wanted(model, graph) {
                 self.search.clear();
             }
@@ -147,8 +173,10 @@ impl Explorer {
     /// Nothing is known to be out of reach; hops from the start anew, once a goal is known.
     fn search_anew(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
         self.exhausted = [None; SearchObjective::COUNT];
+        self.is_closed = false;
         if !model.destinations.is_empty() {
-            self.from_start.search_from(graph, self.start);
+            self.from_start
+                .search_from(graph, &model.reckoning, self.start);
         }
     }
 
@@ -196,16 +224,15 @@ impl Explorer {
         if let Some(action) = self.search.planned(state) {
             return Some(action);
         }
-        if model.destinations.is_empty() {
-            let found = self.look(model, graph, state, SearchObjective::FirstGoal)
-                || (model.stochastic && self.look_closer(model, graph, state))
-                || (model.is_lost && self.look_again(model, graph, state));
-            return self.search.planned(state).filter(|_| found);
-        }
-        for objective in [SearchObjective::ShorterPath, SearchObjective::OtherGoal] {
-            if self.is_wanted(model, objective, state) && self.look(model, graph, state, objective)
+        let objectives: &[SearchObjective] = match model.destinations.is_empty() {
+            true => &[SearchObjective::FirstGoal],
+            false => &[SearchObjective::ShorterPath, SearchObjective::OtherGoal],
+        };
+        for &objective in objectives {
+            if self.is_wanted(model, graph, objective, state)
+                && self.finds(model, graph, objective, state)
             {
-                self.searching = objective == SearchObjective::OtherGoal;
+                self.searching = objective != SearchObjective::ShorterPath;
                 return self.search.planned(state);
             }
         }
@@ -213,19 +240,46 @@ impl Explorer {
         None
     }
 
-    /// Everything was tried often enough, but where actions slip a door may have been missed: asks for one more try.
+    /// Looks for something to try, if need be closer or again.
+    fn finds(
+        &mut self,
+        model: &mut ExplorationModel,
+        graph: &TransitionGraph,
+        objective: SearchObjective,
+        state: StateId,
+    ) -> bool {
+        let again = objective == SearchObjective::FirstGoal && model.is_lost;
+        self.look(model, graph, state, objective)
+            || self.look_closer(model, graph, state, objective)
+            || (again && self.look_again(model, graph, state))
+    }
+
+    /// Everything was tried often enough, but where actions slip a door may have been missed, or an outcome that is worth more than
+    /// all that were seen: asks for one more try of everything, or as many as it takes to find something that can be tried again.
     fn look_closer(
         &mut self,
         model: &mut ExplorationModel,
         graph: &TransitionGraph,
         state: StateId,
+        objective: SearchObjective,
     ) -> bool {
-        if model.tries_wanted == MAX_TRIES_WANTED {
+        if self.is_closed || objective != SearchObjective::FirstGoal {
             return false;
         }
-        model.tries_wanted += 1;
-        self.exhausted[SearchObjective::FirstGoal as usize] = None;
-        self.look(model, graph, state, SearchObjective::FirstGoal)
+        let before = model.tries_wanted;
+        for _ in 0..=MAPPED_ROUNDS {
+            if !model.may_look_closer(graph) {
+                return false;
+            }
+            model.tries_wanted += 1;
+            self.exhausted[objective as usize] = None;
+            if self.look(model, graph, state, objective) {
+                return true;
+            }
+        }
+        model.tries_wanted = before;
+        self.is_closed = true;
+        false
     }
 
     /// Everything in reach was entered since the goal was lost, and it is nowhere: it may have moved meanwhile. Stale
@@ -244,31 +298,33 @@ impl Explorer {
         self.look(model, graph, state, SearchObjective::FirstGoal)
     }
 
-    /// Looking for other goals may cost one best path, and `search_share` of the steps on top. It begins at the start
-    /// of an episode, so that near goals are found first, once there is enough for a trip as long as the best path.
+    /// While nothing is known that is worth having, everything is looked for. Then what may be gained has to be worth the steps
+    /// ([`SearchBudget`](super::search_budget)): a search begins at the start of an episode, so that what is near is found first, once there is
+    /// enough for a trip as long as the best path, or the longest episode where no path ends anywhere.
     fn is_wanted(
         &self,
         model: &ExplorationModel,
+        graph: &TransitionGraph,
         objective: SearchObjective,
         state: StateId,
     ) -> bool {
-        match (objective, model.params.optimism) {
-            (_, Optimism::None) => false,
-            (SearchObjective::OtherGoal, Optimism::SeenGoals | Optimism::ExpectedReturn) => {
-                let trip = f64::from(model.best_steps(self.start));
-                let share = if model.goals_pay {
-                    model.params.reward_search_share
-                } else {
-                    model.params.search_share
-                };
-                let left = trip + share * model.steps as f64 - model.search_steps as f64;
-                if self.searching {
-                    left > 0.0
-                } else {
-                    state == self.start && left >= trip
-                }
-            }
-            _ => true,
+        let (params, budget) = (&model.params, &model.budget);
+        let best = f64::from(model.best_steps(self.start));
+        let known = graph.num_states();
+        let episode = f64::from(model.longest).min(known as f64);
+        let (trip, share) = match objective {
+            SearchObjective::FirstGoal if !model.something_pays => return true,
+            _ if params.optimism == Optimism::None => return false,
+            SearchObjective::FirstGoal => (episode, params.reward_search_share),
+            SearchObjective::ShorterPath => return model.time_counts,
+            SearchObjective::OtherGoal if params.optimism == Optimism::AnyGoal => return true,
+            SearchObjective::OtherGoal if model.goals_pay => (best, params.reward_search_share),
+            SearchObjective::OtherGoal => (best, params.search_share),
+        };
+        let left = budget.left(trip, share, known);
+        match self.searching {
+            true => left > 0.0,
+            false => left >= trip && (state == self.start || self.age as usize > 2 * known),
         }
     }
 
@@ -284,12 +340,22 @@ impl Explorer {
             return false;
         }
         let view = ObjectiveView::new(model, graph, objective, self.start, &self.from_start);
-        let found = self
-            .search
-            .search(&view, state, self.heading, &mut self.rng);
-        if !found {
+        let survey = model.survey(graph, objective);
+        let known_best = match self.best_left {
+            Some((as_of, kind)) if as_of == survey => kind,
+            _ => Interest::Promising,
+        };
+        let (search, rng) = (&mut self.search, &mut self.rng);
+        let mut found = search.search(&view, state, self.last_action, known_best, rng);
+        self.best_left = found.map(|kind| (survey, kind));
+        // What is in reach by good luck only comes last.
+        if found.is_none() && model.stochastic && objective == SearchObjective::FirstGoal {
+            let view = view.trusting_to_luck();
+            found = search.search(&view, state, self.last_action, Interest::Promising, rng);
+        }
+        if found.is_none() {
             self.exhausted[objective as usize] = Some(state);
         }
-        found
+        found.is_some()
     }
 }

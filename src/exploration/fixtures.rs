@@ -60,18 +60,49 @@ impl World {
 
     /// A turtle on an open square: its state is (cell, heading); it can go ahead, turn left, turn right.
     pub fn turtle(side: usize) -> Self {
-        let grid = Self::grid(side, side, |_, _| false);
+        Self::grid(side, side, |_, _| false).turning()
+    }
+
+    /// The same on the cells of this world, whose actions are the steps ahead by heading, in the order of turns to the right.
+    pub fn turning(&self) -> Self {
+        let k = self.num_actions();
         let row = |state: usize| {
-            let (cell, heading) = (state / 4, state % 4);
+            let (cell, heading) = (state / k, state % k);
             vec![
-                grid.moves[cell][heading] * 4 + heading,
-                cell * 4 + (heading + 3) % 4,
-                cell * 4 + (heading + 1) % 4,
+                self.moves[cell][heading] * k + heading,
+                cell * k + (heading + k - 1) % k,
+                cell * k + (heading + 1) % k,
             ]
         };
         World {
-            moves: (0..side * side * 4).map(row).collect(),
+            moves: (0..self.num_states() * k).map(row).collect(),
         }
+    }
+
+    /// A rectangle of the triangular lattice, moves in the order of turns by a sixth.
+    pub fn honeycomb(rows: usize, cols: usize) -> Self {
+        const STEPS: [(i32, i32); 6] = [(0, 1), (1, 0), (1, -1), (0, -1), (-1, 0), (-1, 1)];
+        let step = |cell: usize, (down, right): (i32, i32)| {
+            let row = (cell / cols) as i32 + down;
+            let col = (cell % cols) as i32 + right;
+            let inside = (0..rows as i32).contains(&row) && (0..cols as i32).contains(&col);
+            match inside {
+                true => row as usize * cols + col as usize,
+                false => cell,
+            }
+        };
+        let row = |cell: usize| STEPS.map(|by| step(cell, by)).to_vec();
+        World {
+            moves: (0..rows * cols).map(row).collect(),
+        }
+    }
+
+    /// The same with one action more: `to[s]` is where it leads.
+    pub fn with_action(mut self, to: impl Fn(usize) -> usize) -> Self {
+        for (state, moves) in self.moves.iter_mut().enumerate() {
+            moves.push(to(state));
+        }
+        self
     }
 
     /// The successor when three moves in ten go to one of the neighbouring directions instead; `draw` in 0..1.

@@ -102,16 +102,18 @@ impl Follower {
                 self.graph.add_state()
             }
         };
-        let untried = self.graph.tries(from, action) == 0;
         let terminal = self.goal(to).is_some();
+        let before = self.graph.num_transitions();
+        let untried = self.graph.tries(from, action) == 0;
         let new_edge = self.graph.record(from, action, -1.0, to, terminal);
-        let first_time = untried || new_edge || known.is_none();
+        let first_time = self.graph.num_transitions() > before;
         let step = RecordedStep {
             from,
             action,
             to,
             terminated: terminal,
             first_time,
+            new_way: untried || new_edge || known.is_none(),
         };
         self.explorer.learn(&mut self.model, &self.graph, step);
         to

@@ -11,12 +11,16 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Worth of an untried action to the search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Worth of an untried action to the search, the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Interest {
     /// Go there.
     Promising,
     /// Go there when nothing promising is left.
+    Incidental,
+    /// Go there when none of these is left either.
+    Doubtful,
+    /// Go there when nothing else is left.
     LastResort,
     /// Never go there.
     None,
@@ -26,14 +30,41 @@ pub enum Interest {
 pub trait FrontierView {
     /// Number of actions of every state.
     fn num_actions(&self) -> usize;
-    /// The state that `action` leads to, if that is known well enough to walk there.
-    fn successor(&self, state: StateId, action: Action) -> Option<StateId>;
+    /// The states that `action` leads to, as far as they are known well enough to walk there.
+    fn successors(&self, state: StateId, action: Action) -> impl Iterator<Item = StateId>;
     /// The worth of taking `action` in `state`: what may come of it if it was never tried.
     fn interest(&self, state: StateId, action: Action) -> Interest;
+    /// The place of a state that is only expected to be on the way; none if it is known. Its number is one that no state has yet.
+    fn expected_place(&self, _state: StateId) -> Option<Vec<i32>> {
+        None
+    }
     /// Of the promising actions of a state none of which goes straight on, those are taken that have the most of this.
     fn preference(&self, _state: StateId, _action: Action) -> u32 {
         0
     }
+}
+
+impl Interest {
+    /// Kinds that are worth a way.
+    const KINDS: usize = 4;
+}
+
+/// The nearest action of each kind that the running search has seen and not gone for.
+type Others = [Option<(StateId, Action)>; Interest::KINDS];
+
+/// A step of a plan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct PlannedStep {
+    spot: Spot,
+    action: Action,
+}
+
+/// Where a step is to be taken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Spot {
+    State(StateId),
+    /// The state that lies there, once it is known.
+    Place(Vec<i32>),
 }
 
 /// The plan and the buffers of the search: 12 bytes a state. A search allocates only if the graph has grown or the
@@ -41,7 +72,7 @@ pub trait FrontierView {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FrontierSearch {
     /// Steps still to take, last one first.
-    plan: Vec<(StateId, Action)>,
+    plan: Vec<PlannedStep>,
     /// `visited[s] == epoch` if the running search has seen s. This and what follows are empty after reading, which is as good.
     #[serde(skip)]
     visited: Vec<u32>,
@@ -63,15 +94,34 @@ impl FrontierSearch {
 
     /// The planned action in `state`, if the plan is there.
     pub fn planned(&self, state: StateId) -> Option<Action> {
-        self.plan
-            .last()
-            .filter(|step| step.0 == state)
-            .map(|step| step.1)
+        let next = self.plan.last()?;
+        (next.spot == Spot::State(state)).then_some(next.action)
     }
 
     /// The last step of the plan: what it is made for.
+    /// None if that is at a place where no state is known.
     pub fn end(&self) -> Option<(StateId, Action)> {
-        self.plan.first().copied()
+        match self.plan.first()? {
+            PlannedStep {
+                spot: Spot::State(state),
+                action,
+            } => Some((*state, *action)),
+            _ => None,
+        }
+    }
+
+    /// Whether the plan goes on at a place where no state was known.
+    pub fn awaits_place(&self) -> bool {
+        matches!(self.plan.last(), Some(step) if matches!(step.spot, Spot::Place(_)))
+    }
+
+    /// Tells that `state` was entered, which lies at `place`: it may be the one that the plan goes on from.
+    pub fn arrive(&mut self, state: StateId, place: &[i32]) {
+        if let Some(next) = self.plan.last_mut()
+            && matches!(&next.spot, Spot::Place(expected) if **expected == *place)
+        {
+            next.spot = Spot::State(state);
+        }
     }
 
     /// Forgets the plan.
@@ -88,58 +138,80 @@ impl FrontierSearch {
         }
     }
 
-    /// Plans a path from `from` to the nearest promising action (a last resort if there is none) and says
-    /// whether there is one. Ties at the frontier go to the action that continues the path (`heading` at the
-    /// start), then to the preferred one, then to chance. O(states and transitions nearer than the frontier).
+    /// Plans a path from `from` to the nearest action of the best kind, and returns the kind; `None` if there is nothing. `known_best` says that nothing better than that is
+    /// left: with what is as good the search ends at once. Ties at the frontier go to the action that continues the path (`heading` at the
+    /// start), then to the preferred one, then to chance. O(states and transitions nearer than the frontier), of all in reach if only worse is left than `known_best`.
     pub fn search(
         &mut self,
         view: &impl FrontierView,
         from: StateId,
         heading: Option<Action>,
+        known_best: Interest,
         rng: &mut ChaCha8Rng,
-    ) -> bool {
+    ) -> Option<Interest> {
         self.plan.clear();
         self.begin_epoch();
         self.queue.clear();
         self.visit(from, (from, Action(0)));
-        let mut last_resort = None;
+        let mut others = Others::default();
         while let Some(state) = self.queue.pop_front() {
             let arriving = if state == from {
                 heading
             } else {
                 Some(self.parent[state.index()].1)
             };
-            if let Some(action) = self.choose(view, state, arriving, &mut last_resort, rng) {
-                self.trace(from, state, action);
-                return true;
+            let kind = self.collect(view, state, known_best, &mut others);
+            if let Some(action) = self.choose(view, state, arriving, rng) {
+                self.trace(view, from, state, action);
+                return Some(kind);
             }
             self.expand(view, state, rng);
         }
-        if let Some((state, action)) = last_resort {
-            self.trace(from, state, action);
-        }
-        last_resort.is_some()
+        let kinds = [
+            Interest::Promising,
+            Interest::Incidental,
+            Interest::Doubtful,
+            Interest::LastResort,
+        ];
+        let mut nearest = kinds.into_iter().zip(others);
+        let (kind, (state, action)) = nearest.find_map(|(kind, found)| Some((kind, found?)))?;
+        self.trace(view, from, state, action);
+        Some(kind)
     }
 
-    /// The promising action of `state` to try, if any; remembers the first last resort on the way.
+    /// Makes the best actions of `state` the candidates, if they are as good as `known_best`; remembers the others. The kind of the candidates.
+    fn collect(
+        &mut self,
+        view: &impl FrontierView,
+        state: StateId,
+        known_best: Interest,
+        others: &mut Others,
+    ) -> Interest {
+        let mut best = known_best;
+        self.candidates.clear();
+        for action in (0..view.num_actions() as u16).map(Action) {
+            let interest = view.interest(state, action);
+            if interest < best {
+                best = interest;
+                self.candidates.clear();
+            }
+            if interest == best {
+                self.candidates.push(action);
+            } else if let Some(other) = others.get_mut(interest as usize) {
+                other.get_or_insert((state, action));
+            }
+        }
+        best
+    }
+
+    /// The candidate of `state` to try, if there is one.
     fn choose(
         &mut self,
         view: &impl FrontierView,
         state: StateId,
         arriving: Option<Action>,
-        last_resort: &mut Option<(StateId, Action)>,
         rng: &mut ChaCha8Rng,
     ) -> Option<Action> {
-        self.candidates.clear();
-        for action in (0..view.num_actions() as u16).map(Action) {
-            match view.interest(state, action) {
-                Interest::Promising => self.candidates.push(action),
-                Interest::LastResort => {
-                    last_resort.get_or_insert((state, action));
-                }
-                Interest::None => {}
-            }
-        }
         if let Some(ahead) = arriving.filter(|ahead| self.candidates.contains(ahead)) {
             return Some(ahead);
         }
@@ -174,7 +246,7 @@ impl FrontierSearch {
         let offset = rng.random_range(0..num_actions);
         for i in 0..num_actions {
             let action = Action(((i + offset) % num_actions) as u16);
-            if let Some(next) = view.successor(state, action) {
+            for next in view.successors(state, action) {
                 let seen = self
                     .visited
                     .get(next.index())
@@ -207,13 +279,17 @@ impl FrontierSearch {
     }
 
     /// Writes the path from `from` to `state`, then `action`, into the plan.
-    fn trace(&mut self, from: StateId, state: StateId, action: Action) {
-        self.plan.push((state, action));
-        let mut at = state;
-        while at != from {
-            let (previous, action) = self.parent[at.index()];
-            self.plan.push((previous, action));
-            at = previous;
+    fn trace(&mut self, view: &impl FrontierView, from: StateId, state: StateId, action: Action) {
+        let mut step = (state, action);
+        loop {
+            let (at, action) = step;
+            let place = view.expected_place(at);
+            let spot = place.map_or(Spot::State(at), Spot::Place);
+            self.plan.push(PlannedStep { spot, action });
+            if at == from {
+                break;
+            }
+            step = self.parent[at.index()];
         }
     }
 }
@@ -236,9 +312,9 @@ mod tests {
             self.world.num_actions()
         }
 
-        fn successor(&self, state: StateId, action: Action) -> Option<StateId> {
+        fn successors(&self, state: StateId, action: Action) -> impl Iterator<Item = StateId> {
             let next = self.world.moves[state.index()][action.index()];
-            Some(StateId(next as u32))
+            std::iter::once(StateId(next as u32))
         }
 
         fn interest(&self, state: StateId, action: Action) -> Interest {
@@ -268,20 +344,20 @@ mod tests {
         #[test]
         fn the_plan_is_a_shortest_path_to_the_nearest_promising_action(
             world in walled_grids(),
-            interests in prop::collection::vec((0usize..36, 0u16..4, any::<bool>()), 0..5),
+            interests in prop::collection::vec((0usize..36, 0u16..4, 0usize..4), 0..5),
             from in 0usize..36,
             seed in any::<u64>(),
         ) {
             let n = world.num_states();
             let from = from % n;
-            let kind = |promising| if promising { Interest::Promising } else { Interest::LastResort };
+            let kinds = [Interest::Promising, Interest::Incidental, Interest::Doubtful, Interest::LastResort];
             let interests: Vec<_> = interests
                 .into_iter()
-                .map(|(s, a, promising)| (s % n, a, kind(promising)))
+                .map(|(s, a, kind)| (s % n, a, kinds[kind]))
                 .collect();
             let known = Known { world, interests };
             let mut search = FrontierSearch::new();
-            let found = search.search(&known, StateId(from as u32), None, &mut rng(seed));
+            let found = search.search(&known, StateId(from as u32), None, Interest::Promising, &mut rng(seed));
             let hops = known.world.hops_from(from);
             let places: Vec<_> = (0..n).flat_map(|s| (0..4).map(move |a| (s, a))).collect();
             let nearest = |wanted| {
@@ -291,11 +367,10 @@ mod tests {
                     .collect();
                 wanted.into_iter().filter_map(|&(s, _)| hops[s]).min()
             };
-            let (wanted, expected) = match nearest(Interest::Promising) {
-                Some(hops) => (Interest::Promising, Some(hops)),
-                None => (Interest::LastResort, nearest(Interest::LastResort)),
-            };
-            prop_assert_eq!(found, expected.is_some());
+            let best = kinds.into_iter().find(|&kind| nearest(kind).is_some());
+            let wanted = best.unwrap_or(Interest::None);
+            let expected = best.and_then(nearest);
+            prop_assert_eq!(found, best);
             let path = follow(&mut search, &known.world, from);
             prop_assert_eq!(path.len() as u32, expected.map_or(0, |hops| hops + 1));
             if let Some(&(state, action)) = path.last() {
@@ -312,15 +387,37 @@ mod tests {
         let mut search = FrontierSearch::new();
         let mut first_choices = [0; 4];
         for seed in 0..100 {
-            assert!(search.search(&known, StateId(0), None, &mut rng(seed)));
+            assert!(
+                search
+                    .search(
+                        &known,
+                        StateId(0),
+                        None,
+                        Interest::Promising,
+                        &mut rng(seed)
+                    )
+                    .is_some()
+            );
             let path = follow(&mut search, &known.world, 0);
             assert!(
                 path.iter().all(|step| step.1 == 1),
                 "to the right and on: {path:?}"
             );
-            search.search(&known, StateId(4), Some(Action(2)), &mut rng(seed));
+            search.search(
+                &known,
+                StateId(4),
+                Some(Action(2)),
+                Interest::Promising,
+                &mut rng(seed),
+            );
             assert_eq!(search.planned(StateId(4)), Some(Action(2)));
-            search.search(&known, StateId(4), None, &mut rng(seed));
+            search.search(
+                &known,
+                StateId(4),
+                None,
+                Interest::Promising,
+                &mut rng(seed),
+            );
             first_choices[search.planned(StateId(4)).expect("there are four").index()] += 1;
         }
         assert!(first_choices.iter().all(|&n| n > 10), "{first_choices:?}");
@@ -334,8 +431,8 @@ mod tests {
             4
         }
 
-        fn successor(&self, _: StateId, _: Action) -> Option<StateId> {
-            None
+        fn successors(&self, _: StateId, _: Action) -> impl Iterator<Item = StateId> {
+            std::iter::empty()
         }
 
         fn interest(&self, _: StateId, _: Action) -> Interest {
@@ -352,9 +449,21 @@ mod tests {
         let mut search = FrontierSearch::new();
         let mut taken = [0; 4];
         for seed in 0..100 {
-            search.search(&Choosy, StateId(0), None, &mut rng(seed));
+            search.search(
+                &Choosy,
+                StateId(0),
+                None,
+                Interest::Promising,
+                &mut rng(seed),
+            );
             taken[search.planned(StateId(0)).expect("all promise").index()] += 1;
-            search.search(&Choosy, StateId(0), Some(Action(1)), &mut rng(seed));
+            search.search(
+                &Choosy,
+                StateId(0),
+                Some(Action(1)),
+                Interest::Promising,
+                &mut rng(seed),
+            );
             assert_eq!(search.planned(StateId(0)), Some(Action(1)));
         }
         assert!(
@@ -371,7 +480,11 @@ mod tests {
             interests: vec![(4, 1, Interest::Promising)],
         };
         let mut search = FrontierSearch::new();
-        assert!(search.search(&known, StateId(0), None, &mut rng(0)));
+        assert!(
+            search
+                .search(&known, StateId(0), None, Interest::Promising, &mut rng(0))
+                .is_some()
+        );
         search.advance(StateId(0), Action(1));
         assert_eq!(search.planned(StateId(1)), Some(Action(1)));
         assert_eq!(
@@ -381,7 +494,11 @@ mod tests {
         );
         search.advance(StateId(1), Action(0));
         assert_eq!(search.planned(StateId(1)), None);
-        assert!(search.search(&known, StateId(1), None, &mut rng(0)));
+        assert!(
+            search
+                .search(&known, StateId(1), None, Interest::Promising, &mut rng(0))
+                .is_some()
+        );
         search.clear();
         assert_eq!(search.planned(StateId(1)), None);
     }
@@ -396,7 +513,11 @@ mod tests {
         let mut search = FrontierSearch::new();
         search.epoch = u32::MAX - 1;
         for _ in 0..4 {
-            assert!(search.search(&known, StateId(0), None, &mut rng(0)));
+            assert!(
+                search
+                    .search(&known, StateId(0), None, Interest::Promising, &mut rng(0))
+                    .is_some()
+            );
             assert_eq!(follow(&mut search, &known.world, 0).len(), 3);
         }
     }

@@ -25,6 +25,7 @@ mod look_ahead;
 mod model;
 mod objective;
 mod params;
+mod search_budget;
 mod stale;
 #[cfg(test)]
 mod tests;
@@ -33,4 +34,4 @@ mod way_back;
 pub use count_bonus::CountBonus;
 pub use explorer::Explorer;
 pub use model::{Destination, ExplorationModel, RecordedStep};
-pub use params::{ExplorationKind, ExplorationParams, Optimism};
+pub use params::{ExplorationKind, ExplorationParams, Optimism, SearchOrder};

@@ -7,14 +7,21 @@ use super::certainty::typical_certainty;
 use super::dead_reckoning::DeadReckoning;
 use super::distances::Distances;
 use super::expected_return::ExpectedReturn;
+use super::objective::{MAX_TRIES_WANTED, SearchObjective};
+use super::search_budget::SearchBudget;
 use super::stale::StaleStates;
-use super::{ExplorationParams, Optimism};
+use super::{ExplorationParams, Optimism, SearchOrder};
 use crate::env::Action;
+use crate::graph::connectivity::UNREACHED;
 use crate::graph::{StateId, TransitionGraph};
 use serde::{Deserialize, Serialize};
 
 /// Steps beyond a whole number that are none.
 const ROUNDING: f64 = 1e-2;
+
+/// After so many tries that did what those before had done, actions are believed to do the same always; of one action the first few count.
+const CERTAIN: u32 = 64;
+const TELLING_TRIES: u32 = 16;
 
 /// A goal as the exploration sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +45,20 @@ pub struct RecordedStep {
     pub terminated: bool,
     /// This outcome of the action was not seen before.
     pub first_time: bool,
+    /// The action was not tried before, or no step was seen between the two states, either way.
+    pub new_way: bool,
+}
+
+/// What decides how promising things are that were not tried: as long as it is the same, trying what is left makes nothing else more promising.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Survey {
+    objective: SearchObjective,
+    points: usize,
+    tries_wanted: u32,
+    revision: u64,
+    goal_changes: u64,
+    has_places: bool,
+    is_stale: bool,
 }
 
 /// Knowledge of a world that explorers share. Memory O(n · actions).
@@ -58,14 +79,20 @@ pub struct ExplorationModel {
     pub(super) stale: StaleStates,
     /// A goal was lost and no other one found since.
     pub(super) is_lost: bool,
-    /// Steps since the first goal, and how many of them went into looking for other goals.
-    pub(super) steps: u64,
-    pub(super) search_steps: u64,
+    pub(super) budget: SearchBudget,
     /// A goal not seen yet may be worth more than those seen, at any distance.
     pub(super) goals_pay: bool,
+    /// Something pays: there is something to lose by looking for more.
+    pub(super) something_pays: bool,
+    /// Whether a short way is worth more than a long one.
+    pub(super) time_counts: bool,
+    /// The longest episode so far, in steps.
+    pub(super) longest: u32,
     /// Some action has been seen to have two outcomes.
     pub(super) stochastic: bool,
-    /// An action counts as tried after this many tries.
+    /// Tries that did the same as those before, the first few of each action.
+    agreements: u32,
+    /// While nothing is known to be worth a way, an action counts as tried after this many tries.
     pub(super) tries_wanted: u32,
     /// How often something was seen for the first time, and how often the goals changed: what explorers have found out
     /// before may not hold any more.
@@ -76,9 +103,10 @@ pub struct ExplorationModel {
 impl ExplorationModel {
     /// Nothing is known yet of a world with `num_actions` actions.
     pub fn new(params: ExplorationParams, num_actions: usize) -> Self {
+        let is_by_place = params.order == SearchOrder::ByPlace;
         Self {
             params,
-            reckoning: DeadReckoning::new(num_actions),
+            reckoning: DeadReckoning::new(num_actions, is_by_place),
             to_goal: Distances::default(),
             destinations: Vec::new(),
             expected: ExpectedReturn::default(),
@@ -88,10 +116,13 @@ impl ExplorationModel {
             terminal: Vec::new(),
             stale: StaleStates::default(),
             is_lost: false,
-            steps: 0,
-            search_steps: 0,
+            budget: SearchBudget::default(),
             goals_pay: false,
+            something_pays: false,
+            time_counts: true,
+            longest: 0,
             stochastic: false,
+            agreements: 0,
             tries_wanted: 1,
             discoveries: 0,
             goal_changes: 0,
@@ -102,29 +133,76 @@ impl ExplorationModel {
     /// the outcome is new; where actions slip, amortised O(log m).
     #[inline]
     pub(super) fn learn(&mut self, graph: &TransitionGraph, step: RecordedStep, searching: bool) {
-        if !self.destinations.is_empty() {
-            self.steps += 1;
-            self.search_steps += u64::from(searching);
-        }
+        self.budget.count(self.has_something_to_lose(), searching);
         if step.terminated {
             self.terminal
                 .resize(self.terminal.len().max(step.to.index() + 1), false);
             self.terminal[step.to.index()] = true;
+        } else if let Some(terminal) = self.terminal.get_mut(step.to.index()) {
+            *terminal = false;
         }
         self.stale.enter(step.to);
         if step.first_time {
             self.discoveries += 1;
             self.stochastic |= graph.tries(step.from, step.action) > 1;
-            self.reckoning.learn(graph, step.from, step.action, step.to);
+            match step.new_way {
+                true => self.reckoning.learn(graph, step.from, step.action, step.to),
+                false => self.reckoning.notice_slip(),
+            }
             self.to_goal.append(step.from, step.to);
         }
+        if self.agreements < CERTAIN && !self.stochastic {
+            let tries = graph.tries(step.from, step.action);
+            self.agreements += u32::from((2..=TELLING_TRIES).contains(&tries));
+        }
         self.reckoning.count_step(graph);
+    }
+
+    /// What is known that decides how promising things are for `objective`.
+    pub(super) fn survey(&self, graph: &TransitionGraph, objective: SearchObjective) -> Survey {
+        Survey {
+            objective,
+            points: self.reckoning.num_points(graph),
+            tries_wanted: self.tries_wanted,
+            revision: self.reckoning.revision(),
+            goal_changes: self.goal_changes,
+            has_places: self.reckoning.trusted(),
+            is_stale: !self.stale.is_empty(),
+        }
+    }
+
+    /// Whether another round of tries may show something new, and is worth it.
+    pub(super) fn may_look_closer(&self, graph: &TransitionGraph) -> bool {
+        let may_show = self.stochastic || self.agreements < CERTAIN;
+        let rounds = match self.has_something_to_lose() {
+            true => self.budget.rounds(graph.num_states()),
+            false => MAX_TRIES_WANTED,
+        };
+        may_show && self.tries_wanted < rounds
     }
 
     /// Tells whether a goal has paid more than nothing. Where rewards are only costs the nearest goal is the best one, as
     /// far as anybody can know; where goals pay, one not seen yet may pay more, wherever it is.
     pub fn set_goals_pay(&mut self, goals_pay: bool) {
         self.goals_pay = goals_pay;
+    }
+
+    /// Tells that something pays, until the last goal is lost.
+    pub fn set_something_pays(&mut self) {
+        self.something_pays = true;
+    }
+
+    /// Tells whether episodes can be made shorter at all. Where they cannot no shorter path is looked for.
+    pub fn set_time_counts(&mut self, time_counts: bool) {
+        if self.time_counts != time_counts {
+            self.time_counts = time_counts;
+            self.goal_changes += 1;
+        }
+    }
+
+    /// Whether anything is known that is worth more than to look around.
+    pub(super) fn has_something_to_lose(&self) -> bool {
+        self.something_pays || !self.destinations.is_empty()
     }
 
     /// Tells what the best goal known pays, and what a step that ends nothing costs on average. O(1), but with
@@ -151,10 +229,27 @@ impl ExplorationModel {
         hops.max((steps * self.certainty - ROUNDING).ceil() as u32)
     }
 
+    /// The hops within which a goal not seen yet may be worth more than the best policy known from `start`.
+    pub(super) fn worthwhile_steps(&self, start: StateId) -> u32 {
+        let best = self.best_steps(start);
+        if !self.goals_pay {
+            return best;
+        }
+        let gain = self.params.reward_bound.map(|bound| bound - self.best_goal);
+        match gain {
+            Some(gain) if gain <= 0.0 => best,
+            Some(gain) if self.step_cost > 0.0 => {
+                best.saturating_add((gain / self.step_cost).ceil() as u32)
+            }
+            _ => UNREACHED,
+        }
+    }
+
     /// Tells which goals are known, and that the graph has changed enough to reckon distances anew. O(n + m).
     pub fn set_destinations(&mut self, graph: &TransitionGraph, destinations: &[Destination]) {
         self.destinations.clear();
         self.destinations.extend_from_slice(destinations);
+        self.tries_wanted = 1;
         if !destinations.is_empty() {
             self.is_lost = false;
             self.stale.clear();
@@ -170,8 +265,10 @@ impl ExplorationModel {
             *terminal = false;
         }
         self.destinations.retain(|goal| goal.state != state);
+        self.tries_wanted = 1;
         if self.destinations.is_empty() {
             self.is_lost = true;
+            self.something_pays = false;
             self.mark_stale(graph, state);
         }
         self.goal_changes += 1;
@@ -197,7 +294,7 @@ impl ExplorationModel {
                 .iter()
                 .map(|goal| (goal.state, goal.handicap))
                 .collect();
-            self.to_goal.search_to(graph, &goals);
+            self.to_goal.search_to(graph, &self.reckoning, &goals);
         }
     }
 }

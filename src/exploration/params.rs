@@ -34,6 +34,18 @@ pub enum Optimism {
     None,
 }
 
+/// Order in which untried actions are looked at while no goal is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchOrder {
+    /// Those first that lead to a place where nothing is known, as far as can be told from what actions do elsewhere; a bump marks the place as a wall
+    /// from all sides. Then those that lead to a known place with another heading, then all others.
+    #[default]
+    ByPlace,
+    /// The nearest one that does not just undo a step.
+    ByAction,
+}
+
 /// Parameters of the exploration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -47,9 +59,15 @@ pub struct ExplorationParams {
     pub potential_advice: f64,
     /// What is looked for once a goal has been reached: seen-goals | expected-return | any-goal | none
     pub optimism: Optimism,
+    /// What is tried first while no goal is known: by-place | by-action
+    pub order: SearchOrder,
+    /// The most that an end of an episode can pay, if that is known: no other goals are looked for that could not be worth it.
+    #[schemars(example = 1.0)]
+    pub reward_bound: Option<f64>,
     /// With `seen-goals` and `expected-return`: the share of the steps after the first goal that may still go into looking for other goals, in 0..1.
     pub search_share: f64,
-    /// The same once a goal has paid more than nothing (a reward above 0): another one may pay more, however far it is.
+    /// The same once something has paid more than nothing (a reward above 0): there may be more, however far it is. The share of the first steps only, as many as it took to
+    /// find the first thing that pays, or to see what is known; it goes down as 1 / √t then.
     pub reward_search_share: f64,
     /// β of the count bonus, in units of reward.
     pub bonus: f64,
@@ -62,6 +80,8 @@ impl Default for ExplorationParams {
             frontier_advice: 24.0,
             potential_advice: 0.0,
             optimism: Optimism::ExpectedReturn,
+            order: SearchOrder::ByPlace,
+            reward_bound: None,
             search_share: 0.005,
             reward_search_share: 0.8,
             bonus: 1.0,
@@ -98,7 +118,9 @@ impl ExplorationParams {
             let holds = (0.0..limit).contains(&value);
             Section("exploration").number(key, value, holds, rule)?;
         }
-        Ok(())
+        let bound = self.reward_bound.unwrap_or(0.0);
+        let holds = bound.abs() < LARGEST_RETURN;
+        Section("exploration").number("reward_bound", bound, holds, "between -1e27 and 1e27")
     }
 }
 
@@ -124,5 +146,13 @@ mod tests {
             ..Default::default()
         };
         assert_eq!(broken.validate().expect_err("NaN is no bonus").key, "bonus");
+        let broken = ExplorationParams {
+            reward_bound: Some(f64::INFINITY),
+            ..Default::default()
+        };
+        assert_eq!(
+            broken.validate().expect_err("no bound at all").key,
+            "reward_bound"
+        );
     }
 }

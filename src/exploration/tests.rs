@@ -48,6 +48,34 @@ proptest! {
         }
     }
 
+    /// The same for a turtle on the same grid, which learns on the way that it turns.
+    #[test]
+    fn turtles_visit_every_state_and_find_shortest_paths(
+        grid in walled_grids(),
+        cell in 1usize..36,
+        seed in any::<u64>(),
+    ) {
+        let world = grid.turning();
+        let n = world.num_states();
+        let hops = world.hops_from(0);
+        let mut follower = Follower::new(world.clone(), &[], Optimism::SeenGoals, seed);
+        for _ in 0..4 * n {
+            follower.episode(2 * n);
+        }
+        let reachable = (0..n).filter(|&name| hops[name].is_some());
+        let mut found = follower.names.clone();
+        found.sort_unstable();
+        prop_assert_eq!(found, reachable.collect::<Vec<_>>());
+
+        let cell = 1 + cell % (n / 4 - 1);
+        let goals = [0, 1, 2, 3].map(|heading| (4 * cell + heading, 0));
+        let mut follower = Follower::new(world, &goals, Optimism::AnyGoal, seed);
+        if let Some(optimum) = follower.optimum() {
+            let lengths: Vec<_> = (0..6 * n).map(|_| follower.episode(6 * n)).collect();
+            prop_assert_eq!(lengths.last(), Some(&Some(optimum as usize)), "{:?}", lengths);
+        }
+    }
+
     #[test]
     fn optimism_about_any_goal_finds_the_best_of_two(
         world in walled_grids(),
@@ -69,6 +97,26 @@ proptest! {
                 "optimum {} of {:?}", optimum, lengths
             );
         }
+    }
+}
+
+/// A turtle has to be in every cell before it looks at what is known from other sides: 144 states of 36 cells.
+#[test]
+fn turtles_look_for_new_points_first() {
+    for seed in 0..10 {
+        let mut follower = Follower::new(World::turtle(6), &[], Optimism::SeenGoals, seed);
+        follower.episode(200);
+        let mut cells: Vec<_> = follower.names.iter().map(|name| name / 4).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        assert_eq!(
+            cells.len(),
+            36,
+            "seed {seed}: {} states",
+            follower.names.len()
+        );
+        follower.episode(150);
+        assert_eq!(follower.names.len(), 144, "seed {seed}");
     }
 }
 

@@ -70,6 +70,7 @@ mod tests {
                     to,
                     terminated,
                     first_time,
+                    new_way: first_time,
                 },
                 false,
             );

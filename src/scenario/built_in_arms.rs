@@ -165,6 +165,11 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
         searching_actor_critic!("exploration.potential_advice=0", "shaping.mix=0"),
     ),
     arm(
+        "by-action",
+        "the default whose search goes to the nearest untried action, wherever it may lead",
+        replay!("gcn", "exploration.order=by-action"),
+    ),
+    arm(
         "untrained",
         "the default with a network that is never trained",
         replay!("gcn", "shaping.cold_epochs=0", "shaping.warm_epochs=0"),

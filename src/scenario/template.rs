@@ -187,7 +187,7 @@ mod tests {
             let text = uncommented(|_, line| example[1..] == *line);
             let table: toml::Table = toml::from_str(&text).unwrap_or_else(|e| panic!("{e}"));
             let value = |name: &str| table.get(name).and_then(toml::Value::as_table);
-            let set: usize = ["env", "shaping", "agent"]
+            let set: usize = ["env", "shaping", "agent", "exploration"]
                 .iter()
                 .filter_map(|s| value(s))
                 .map(toml::Table::len)

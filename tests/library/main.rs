@@ -17,6 +17,7 @@ mod graphs;
 mod matrix_market;
 mod potentials;
 mod scenarios;
+mod search_by_value;
 mod shaping_invariance;
 mod spectrum_growth;
 mod spectrum_oracle;

@@ -11,8 +11,8 @@
 //! States are placed one after the other, the most certain one first, each where its placed neighbours together say, and
 //! where no other state is.
 
-use super::Occupied;
 use super::action_noise::ActionNoise;
+use super::chart::Occupied;
 use super::moves::Moves;
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};

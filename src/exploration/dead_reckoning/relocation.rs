@@ -5,9 +5,10 @@
 //! as a whole: the share of the transitions seen that are displacements at all.
 
 use super::action_noise::ActionNoise;
+use super::chart::{Effect, Place};
 use super::moves::Moves;
 use super::placement::Placement;
-use super::{DeadReckoning, MAX_ACTIONS, Position};
+use super::{DeadReckoning, MAX_ACTIONS};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph};
 
@@ -24,11 +25,23 @@ const MIN_STEPS: u64 = 16;
 const ONE_WAY_AFTER: u32 = 3;
 
 impl DeadReckoning {
+    /// An action has led to two places, one of them over a way that was known. O(1) but the first time.
+    pub fn notice_slip(&mut self) {
+        if !self.stochastic && self.num_actions <= MAX_ACTIONS {
+            self.expect_slips();
+        }
+    }
+
     /// Notes that some action has led to two places: from now on nothing is taken for granted after one try.
     pub(super) fn expect_slips(&mut self) {
         self.stochastic = true;
         self.inverse.fill(None);
-        self.distrust();
+        self.bumps = Vec::new();
+        self.revision += 1;
+        if self.chart.has_headings() {
+            self.rebuild_axes();
+        }
+        self.chart.distrust();
     }
 
     /// Counts a step. O(1), but for one step in 16, which costs O(m log m); amortised O(log m).
@@ -59,7 +72,7 @@ impl DeadReckoning {
         if !self.trusted() || from.index() >= self.entry.len() {
             return None;
         }
-        let next = *self.occupied.get(&*self.target(from, action))?;
+        let next = self.at(&self.chart.target(from, action))?;
         let mut outcomes = graph.outcomes(from);
         let mut failures = 0;
         let gone = outcomes.any(|outcome| {
@@ -72,13 +85,9 @@ impl DeadReckoning {
         (gone || (failures < ONE_WAY_AFTER && gone_back())).then_some(next)
     }
 
-    fn distrust(&mut self) {
-        self.loops_confirmed = 0;
-        self.loops_contradicted = 0;
-    }
-
     fn relocate(&mut self, graph: &TransitionGraph) {
-        self.distrust();
+        self.revision += 1;
+        self.chart.distrust();
         let neighbors = |s: usize| graph.adjacency().neighbors(s as u32).len();
         let crowded = (0..graph.num_states()).any(|s| neighbors(s) > self.num_actions);
         if crowded || self.num_actions > MAX_ACTIONS || graph.num_states() != self.entry.len() {
@@ -96,12 +105,13 @@ impl DeadReckoning {
         let (positions, occupied) = (placement.positions, placement.occupied);
         self.noise = Some(noise);
         if positions.iter().all(Option::is_some) {
-            self.positions.clear();
-            self.positions
+            self.chart.positions.clear();
+            self.chart
+                .positions
                 .extend(positions.into_iter().flatten().flatten());
-            self.occupied = occupied;
-            self.loops_confirmed = agree;
-            self.loops_contradicted = disagree;
+            self.chart.occupied = occupied;
+            self.chart.loops_confirmed = agree;
+            self.chart.loops_contradicted = disagree;
         }
     }
 
@@ -126,11 +136,13 @@ impl DeadReckoning {
         if believed != self.inverse {
             self.inverse = believed;
             self.noise = None;
-            self.assign_axes();
+            self.rebuild_axes();
         }
         let shift = |a: usize| {
-            let mut shift = vec![0; self.num_axes];
-            shift[self.directions[a].axis] = self.directions[a].sign;
+            let mut shift = vec![0; self.chart.num_axes()];
+            if let Effect::Shift(direction) = self.chart.effects[a] {
+                shift[direction.axis] = direction.sign;
+            }
             shift
         };
         Some(Moves {
@@ -148,18 +160,18 @@ impl DeadReckoning {
     }
 
     /// Under slip: the likeliest free position for a state first entered from `from` by `action`.
-    pub(super) fn likely_target(&self, from: StateId, action: Action) -> Position {
-        let likelihood =
-            |d: Action| (self.noise.as_ref()).map_or(0.0, |noise| noise.share(action, d));
-        let mut best: Option<(f64, Position)> = None;
+    pub(super) fn likely_target(&self, from: StateId, action: Action) -> Place {
+        let likelihood = |d: Action| match &self.noise {
+            Some(noise) => noise.share(action, d),
+            None => f64::from(u8::from(d == action)),
+        };
+        let mut best: Option<(f64, Place)> = None;
         for d in (0..self.num_actions as u16).map(Action) {
-            let place = self.target(from, d);
-            if !self.occupied.contains_key(&*place)
-                && best.is_none_or(|(known, _)| likelihood(d) > known)
-            {
+            let place = self.chart.target(from, d);
+            if self.at(&place).is_none() && best.is_none_or(|(known, _)| likelihood(d) > known) {
                 best = Some((likelihood(d), place));
             }
         }
-        best.map_or_else(|| self.target(from, action), |(_, place)| place)
+        best.map_or_else(|| self.chart.target(from, action), |(_, place)| place)
     }
 }

@@ -15,7 +15,7 @@ struct Walk {
 impl Walk {
     fn begin(world: &World, start: usize) -> Self {
         let mut graph = TransitionGraph::new(world.num_actions());
-        let mut learnt = DeadReckoning::new(world.num_actions());
+        let mut learnt = DeadReckoning::new(world.num_actions(), true);
         learnt.add_start(graph.add_state());
         Self {
             graph,
@@ -42,10 +42,13 @@ impl Walk {
             self.names.push(to);
             self.graph.add_state()
         });
+        let before = self.graph.num_transitions();
         let untried = self.graph.tries(from, action) == 0;
         let new_edge = self.graph.record(from, action, -1.0, target, false);
         if untried || new_edge || known.is_none() {
             self.learnt.learn(&self.graph, from, action, target);
+        } else if self.graph.num_transitions() > before {
+            self.learnt.notice_slip();
         }
         self.learnt.count_step(&self.graph);
     }
@@ -142,12 +145,103 @@ fn predictions_tell_undoing_known_and_fresh_places_apart() {
 #[test]
 fn where_moves_do_not_commute_nothing_is_trusted() {
     for seed in 0..10 {
-        let walk = Walk::wander(&World::turtle(4), 0, 1500, seed);
-        assert!(!walk.learnt.trusted(), "turtle, seed {seed}");
         // Positions wrap: going round a torus of 4 × 4 contradicts 8 of its 32 + 32 steps.
         let walk = Walk::wander(&World::torus(4, 4), 0, 1500, seed);
         assert!(!walk.learnt.trusted(), "torus, seed {seed}");
     }
+}
+
+/// What is predicted of each action in each state of a walk that has been everywhere is what it does.
+fn assert_predictions(walk: &Walk, world: &World) {
+    for name in 0..world.num_states() {
+        let Some(state) = walk.id(name) else { continue };
+        for action in 0..world.num_actions() {
+            let truth = walk.id(world.moves[name][action]);
+            let action = Action(action as u16);
+            match walk.learnt.predict(&walk.graph, state, action) {
+                Prediction::Turn(next) | Prediction::Undo(next) => {
+                    assert_eq!(truth, Some(next), "{name} {action:?}");
+                }
+                Prediction::Known(next) => {
+                    let is_bump = truth == Some(state);
+                    assert!(is_bump || truth == Some(next), "{name} {action:?}");
+                }
+                Prediction::Idle | Prediction::Unknown => panic!("{name} {action:?}"),
+                Prediction::Wall | Prediction::Fresh | Prediction::OtherHeading => {
+                    assert!(truth.is_none() || truth == Some(state), "{name} {action:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn turns_are_learnt_on_square_and_triangular_lattices() {
+    let worlds = [World::turtle(6), World::honeycomb(5, 6).turning()];
+    for (world, seed) in worlds
+        .iter()
+        .flat_map(|world| (0..5).map(move |seed| (world, seed)))
+    {
+        for steps in [1000, 4000] {
+            let walk = Walk::wander(world, 0, steps, seed);
+            assert!(walk.learnt.turns(), "seed {seed}, {steps} steps");
+            assert_predictions(&walk, world);
+        }
+    }
+}
+
+#[test]
+fn steps_to_the_side_and_turns_by_a_half_are_learnt_too() {
+    let open = World::grid(6, 6, |_, _| false);
+    let (sideways, back) = (open.clone(), open.clone());
+    let world = open
+        .turning()
+        .with_action(move |state| sideways.moves[state / 4][(state + 1) % 4] * 4 + state % 4)
+        .with_action(move |state| back.moves[state / 4][(state + 2) % 4] * 4 + state % 4)
+        .with_action(|state| state / 4 * 4 + (state + 2) % 4);
+    for seed in 0..5 {
+        let walk = Walk::wander(&world, 0, 4000, seed);
+        assert!(walk.learnt.turns(), "seed {seed}");
+        assert_predictions(&walk, &world);
+    }
+}
+
+#[test]
+fn an_action_that_never_moves_is_idle_and_no_turn() {
+    let world = World::turtle(5).with_action(|state| state);
+    let walk = Walk::wander(&world, 0, 3000, 0);
+    assert!(walk.learnt.turns());
+    let idle = walk.learnt.predict(&walk.graph, StateId(3), Action(3));
+    assert_eq!(idle, Prediction::Idle);
+}
+
+#[test]
+fn a_walker_who_is_not_thorough_learns_no_headings() {
+    let world = World::turtle(5);
+    assert!(Walk::wander(&world, 0, 3000, 0).learnt.turns());
+    let mut walk = Walk::begin(&world, 0);
+    walk.learnt = DeadReckoning::new(3, false);
+    walk.learnt.add_start(StateId(0));
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut here = 0;
+    for _ in 0..3000 {
+        here = walk.step(&world, here, Action(rng.random_range(0..3)));
+    }
+    assert!(!walk.learnt.turns() && !walk.learnt.trusted());
+}
+
+#[test]
+fn a_chart_with_headings_is_given_up_when_turns_fail() {
+    let world = World::turtle(5);
+    let mut walk = Walk::wander(&world, 0, 2000, 1);
+    assert!(walk.learnt.turns());
+    let at = walk.id(0).expect("it began there");
+    let elsewhere = walk.names[50];
+    assert_ne!(elsewhere, world.moves[0][1]);
+    walk.arrive(0, Action(1), elsewhere); // left led somewhere else for once
+    assert!(!walk.learnt.turns() && !walk.learnt.trusted());
+    let prediction = walk.learnt.predict(&walk.graph, at, Action(1));
+    assert!(matches!(prediction, Prediction::Unknown | Prediction::Idle));
 }
 
 #[test]
@@ -262,17 +356,19 @@ fn on_ice_a_one_way_door_is_no_way_back() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Walls and one-way passages only make ways longer: on grids the bound never exceeds the truth.
+    /// Walls and one-way passages only make ways longer: on grids the bound never exceeds the truth, turns included.
     #[test]
     fn the_bound_never_exceeds_the_distance(
-        world in walled_grids(),
+        grid in walled_grids(),
+        turns in any::<bool>(),
         seed in any::<u64>(),
         steps in 10usize..400,
     ) {
+        let world = if turns { grid.turning() } else { grid };
         let walk = Walk::wander(&world, 0, steps, seed);
         if walk.learnt.trusted() {
             for from in 0..walk.names.len() {
-                for action in 0..4 {
+                for action in 0..world.num_actions() {
                     let next = world.moves[walk.names[from]][action];
                     if next == walk.names[from] {
                         continue; // a bump leads nowhere
