@@ -37,10 +37,10 @@ def first_goals(program, scenario, seeds, settings):
         settings = [part for setting in settings for part in ("--set", setting)]
         out = Path(folder) / "out"
         call(program, "compare", scenario, "--arms", "gcn,by-action", "--seeds", f"{FIRST_SEED}..{FIRST_SEED + seeds}",
-             "--quiet", "--no-report", "--set", "run.episodes=60", *settings, "--out", out)
+             "--quiet", "--no-report", *settings, "--out", out)
         rows = list(csv.DictReader(next(out.rglob("compare.csv")).open()))
     steps = {}
-    for row in rows:
+    for row in (row for row in rows if row["arm"] != "sparse"):  # which compare always runs
         if not row["first_goal_step"]:
             raise SystemExit(f"{scenario}: no goal found with seed {row['seed']} by {row['arm']}")
         steps.setdefault(row["arm"], []).append(int(row["first_goal_step"]))
@@ -57,13 +57,15 @@ def compare_row(name, ours, theirs):
     return mean
 
 
-def first_goal_table(program, worlds, seeds, settings):
+def first_goal_table(program, worlds, corners, seeds, settings):
     print("\n| world | seeds | by place (median) | by action (median) | ratio [95 %] |\n|---|---|---|---|---|")
     means = []
     for world in worlds:
         scenario = f"scenarios/{world}_random_goals.toml"
         means.append(compare_row(world, *first_goals(program, scenario, seeds, settings)))
-    print(f"\nGeometric mean: {math.exp(statistics.mean(means)):.2f}")
+    for world in corners:  # where straight runs end: no measure of a search, so they are not in the mean
+        compare_row(f"{world}, its own goal", *first_goals(program, f"scenarios/{world}.toml", seeds, settings))
+    print(f"\nGeometric mean of the goals anywhere: {math.exp(statistics.mean(means)):.2f}")
 
 
 def returns(program, scenario, seed, settings):
@@ -108,9 +110,9 @@ def main():
     options = parser.parse_args()
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
     print(f"At {commit}, seeds from {FIRST_SEED}. Steps to the first goal:")
-    first_goal_table(options.program, MAPS, options.seeds, [])
+    first_goal_table(options.program, MAPS, ["four_rooms"], options.seeds, ["run.episodes=8"])
     print("\nThe same with `env.actions = \"turns\"`:")
-    first_goal_table(options.program, TURNS, options.turn_seeds, ["env.actions=turns"])
+    first_goal_table(options.program, TURNS, [], options.turn_seeds, ["run.episodes=2", "env.actions=turns"])
     print("\n| board | episodes | a tenth of the optimum on average | by episode | share of the optimum: worst seed | median | last tenth, worst seed |")
     print("|---|---|---|---|---|---|---|")
     for kind in ["deep_sea_10", "deep_sea_stochastic_10"]:
