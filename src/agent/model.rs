@@ -113,9 +113,7 @@ impl RewardNoise {
         entry.deviation += more;
         self.deviation += more;
     }
-}
 
-impl RewardNoise {
     /// `entry` has been given new rewards, all equal.
     fn forget(&mut self, entry: &mut Entry) {
         if entry.deviation > 0.0 {
@@ -327,11 +325,11 @@ impl EmpiricalModel {
     /// Standard error of r̂(state, action): √(Σ_s′ N(s, a, s′) σ²(s, a, s′)) / N(s, a). σ is that of the rewards seen, σ₀ for a single one, 0 if all of several were equal.
     /// 0 if the action was never tried. O(outcomes).
     pub fn standard_error_of_reward(&self, state: StateId, action: Action) -> f64 {
-        let Some(pair) = self
-            .pairs
-            .get(self.place(state, action))
-            .filter(|pair| pair.tries > 0 && self.noise.rewards > 0)
-        else {
+        if self.noise.rewards == 0 {
+            return 0.0; // as in most worlds
+        }
+        let pair = self.pairs.get(self.place(state, action));
+        let Some(pair) = pair.filter(|pair| pair.tries > 0) else {
             return 0.0;
         };
         let typical = self.noise.variance();

@@ -354,23 +354,22 @@ impl DeadReckoning {
 
     /// A chart without headings, where each pair of inverses has one axis; no state has a place yet.
     fn chart_of_pairs(&self) -> Chart {
-        let mut effects: Vec<Effect> = Vec::with_capacity(self.num_actions);
+        let mut directions: Vec<AxisDirection> = Vec::with_capacity(self.num_actions);
         let mut num_axes = 0;
         for a in 0..self.num_actions {
-            let direction = match self.inverse[a] {
-                Some(b) if b.index() < a => match effects[b.index()] {
-                    Effect::Shift(AxisDirection { axis, .. }) => AxisDirection { axis, sign: -1 },
-                    _ => unreachable!("there are no headings"),
+            directions.push(match self.inverse[a] {
+                Some(b) if b.index() < a => AxisDirection {
+                    axis: directions[b.index()].axis,
+                    sign: -1,
                 },
                 _ => {
                     num_axes += 1;
                     let axis = num_axes - 1;
                     AxisDirection { axis, sign: 1 }
                 }
-            };
-            effects.push(Effect::Shift(direction));
+            });
         }
-        Chart::new(effects, 1)
+        Chart::new(directions.into_iter().map(Effect::Shift).collect(), 1)
     }
 
     /// Draws a chart anew, its loops to be confirmed by what follows; happens once a pair, and when actions turn out to slip.

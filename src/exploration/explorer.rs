@@ -248,10 +248,12 @@ impl Explorer {
         objective: SearchObjective,
         state: StateId,
     ) -> bool {
-        let again = objective == SearchObjective::FirstGoal && model.is_lost;
-        self.look(model, graph, state, objective)
-            || self.look_closer(model, graph, state, objective)
-            || (again && self.look_again(model, graph, state))
+        if self.look(model, graph, state, objective) {
+            return true;
+        }
+        objective == SearchObjective::FirstGoal
+            && (self.look_closer(model, graph, state)
+                || (model.is_lost && self.look_again(model, graph, state)))
     }
 
     /// Everything was tried often enough, but where actions slip a door may have been missed, or an outcome that is worth more than
@@ -261,11 +263,11 @@ impl Explorer {
         model: &mut ExplorationModel,
         graph: &TransitionGraph,
         state: StateId,
-        objective: SearchObjective,
     ) -> bool {
-        if self.is_closed || objective != SearchObjective::FirstGoal {
+        if self.is_closed {
             return false;
         }
+        let objective = SearchObjective::FirstGoal;
         let before = model.tries_wanted;
         for _ in 0..=MAPPED_ROUNDS {
             if !model.may_look_closer(graph) {

@@ -45,12 +45,17 @@ pub trait FrontierView {
 }
 
 impl Interest {
-    /// Kinds that are worth a way.
-    const KINDS: usize = 4;
+    /// Kinds that are worth a way, the best first.
+    const KINDS: [Self; 4] = [
+        Self::Promising,
+        Self::Incidental,
+        Self::Doubtful,
+        Self::LastResort,
+    ];
 }
 
 /// The nearest action of each kind that the running search has seen and not gone for.
-type Others = [Option<(StateId, Action)>; Interest::KINDS];
+type Others = [Option<(StateId, Action)>; Interest::KINDS.len()];
 
 /// A step of a plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,13 +172,7 @@ impl FrontierSearch {
             }
             self.expand(view, state, rng);
         }
-        let kinds = [
-            Interest::Promising,
-            Interest::Incidental,
-            Interest::Doubtful,
-            Interest::LastResort,
-        ];
-        let mut nearest = kinds.into_iter().zip(others);
+        let mut nearest = Interest::KINDS.into_iter().zip(others);
         let (kind, (state, action)) = nearest.find_map(|(kind, found)| Some((kind, found?)))?;
         self.trace(view, from, state, action);
         Some(kind)
@@ -350,7 +349,7 @@ mod tests {
         ) {
             let n = world.num_states();
             let from = from % n;
-            let kinds = [Interest::Promising, Interest::Incidental, Interest::Doubtful, Interest::LastResort];
+            let kinds = Interest::KINDS;
             let interests: Vec<_> = interests
                 .into_iter()
                 .map(|(s, a, kind)| (s % n, a, kinds[kind]))

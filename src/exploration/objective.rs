@@ -250,8 +250,7 @@ impl<'a> ObjectiveView<'a> {
                 self.model.to_goal.get(next).saturating_add(1)
             }
             // A goal not seen yet is no state that is known.
-            (SearchObjective::OtherGoal, Prediction::Turn(_)) => UNREACHED,
-            (SearchObjective::OtherGoal, Prediction::Known(_)) => UNREACHED,
+            (SearchObjective::OtherGoal, Prediction::Turn(_) | Prediction::Known(_)) => UNREACHED,
             (SearchObjective::OtherGoal, _) => 1,
             _ => {
                 let bounds = self.model.destinations.iter().map(|goal| {

@@ -12,25 +12,30 @@ fn open(side: usize) -> World {
     World::grid(side, side, |_, _| false)
 }
 
+/// The states that an explorer of a world without goals comes upon, and those in reach. Every plan of at most n steps tries
+/// something new, and there are 4n things to try at most.
+fn found_and_reachable(world: World, seed: u64) -> (Vec<usize>, Vec<usize>) {
+    let n = world.num_states();
+    let hops = world.hops_from(0);
+    let mut follower = Follower::new(world, &[], Optimism::SeenGoals, seed);
+    for _ in 0..4 * n {
+        follower.episode(2 * n);
+    }
+    follower.names.sort_unstable();
+    let reachable = (0..n).filter(|&name| hops[name].is_some());
+    (follower.names, reachable.collect())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Every plan of at most n steps tries something new, and there are 4n things to try.
     #[test]
     fn before_the_first_goal_every_state_in_reach_is_visited(
         world in walled_grids(),
         seed in any::<u64>(),
     ) {
-        let n = world.num_states();
-        let hops = world.hops_from(0);
-        let mut follower = Follower::new(world, &[], Optimism::SeenGoals, seed);
-        for _ in 0..4 * n {
-            follower.episode(2 * n);
-        }
-        let reachable = (0..n).filter(|&name| hops[name].is_some());
-        let mut found = follower.names.clone();
-        found.sort_unstable();
-        prop_assert_eq!(found, reachable.collect::<Vec<_>>());
+        let (found, reachable) = found_and_reachable(world, seed);
+        prop_assert_eq!(found, reachable);
     }
 
     #[test]
@@ -57,15 +62,8 @@ proptest! {
     ) {
         let world = grid.turning();
         let n = world.num_states();
-        let hops = world.hops_from(0);
-        let mut follower = Follower::new(world.clone(), &[], Optimism::SeenGoals, seed);
-        for _ in 0..4 * n {
-            follower.episode(2 * n);
-        }
-        let reachable = (0..n).filter(|&name| hops[name].is_some());
-        let mut found = follower.names.clone();
-        found.sort_unstable();
-        prop_assert_eq!(found, reachable.collect::<Vec<_>>());
+        let (found, reachable) = found_and_reachable(world.clone(), seed);
+        prop_assert_eq!(found, reachable);
 
         let cell = 1 + cell % (n / 4 - 1);
         let goals = [0, 1, 2, 3].map(|heading| (4 * cell + heading, 0));

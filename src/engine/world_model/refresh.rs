@@ -115,7 +115,6 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
                 .map(|(state, handicap)| Destination { state, handicap })
                 .collect();
             let graph = self.graph.transitions();
-            exploration.set_time_counts(!self.layers.believed());
             exploration.set_goals_pay(self.goals.pays());
             exploration.set_returns(graph, self.goals.best_reward(), self.goals.step_cost());
             exploration.set_destinations(graph, &destinations);
