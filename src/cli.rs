@@ -138,6 +138,9 @@ pub struct Run {
     /// Master seed [default: run.seed of the scenario]
     #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
+    /// Several master seeds, side by side: a range a..b without its end, single seeds, or both, separated by commas
+    #[arg(long, value_name = "SEEDS", value_parser = seeds, conflicts_with_all = ["seed", "serve", "serve_once"])]
+    pub seeds: Option<Seeds>,
     /// Run folder [default: runs/NAME/TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -153,9 +156,12 @@ pub struct Run {
     /// Do not write an event file for TensorBoard
     #[arg(long)]
     pub no_tensorboard: bool,
-    /// Show the run in the browser while it goes on [default address: 127.0.0.1:8765; port 0 takes any]
+    /// Show the run in the browser, while it goes on and then until Ctrl-C [default address: 127.0.0.1:8765; port 0 takes any]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", value_parser = address)]
     pub serve: Option<SocketAddr>,
+    /// The same, but only while the run goes on
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", value_parser = address, conflicts_with = "serve")]
+    pub serve_once: Option<SocketAddr>,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
@@ -202,6 +208,9 @@ pub struct Compare {
     /// Print the tables as Markdown
     #[arg(long)]
     pub markdown: bool,
+    /// Print every column, however wide the terminal is [default: those that fit; 80 characters where there is none]
+    #[arg(long, conflicts_with_all = ["json", "markdown"])]
+    pub wide: bool,
 }
 
 /// Master seeds in the order given, without duplicates.

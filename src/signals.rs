@@ -43,16 +43,17 @@ pub fn listen() -> Result<()> {
             exit(i32::from(code));
         };
         asked = Some(Instant::now());
-        say("interrupted: ending with what is done (once more to end at once)");
         request();
     })
     .context("cannot listen for signals")
 }
 
-/// From now on the first signal only does this.
+/// From now on the first signal asks the work to end by this.
 pub fn on_first(request: impl FnOnce() + Send + 'static) {
-    let mut waiting = REQUEST.lock().unwrap_or_else(PoisonError::into_inner);
-    *waiting = Some(Box::new(request));
+    replace_request(move || {
+        say("interrupted: ending with what is done (once more to end at once)");
+        request();
+    });
 }
 
 /// A flag that the first signal sets.
@@ -61,6 +62,20 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::clone(&stop);
     on_first(move || flag.store(true, Ordering::Relaxed));
     stop
+}
+
+/// Waits for a signal, when there is no more work that it could interrupt.
+pub fn wait() {
+    let (tell, told) = std::sync::mpsc::sync_channel(1);
+    replace_request(move || {
+        let _ = tell.send(());
+    });
+    let _ = told.recv();
+}
+
+fn replace_request(request: impl FnOnce() + Send + 'static) {
+    let mut waiting = REQUEST.lock().unwrap_or_else(PoisonError::into_inner);
+    *waiting = Some(Box::new(request));
 }
 
 /// The exit code of a program that was interrupted.

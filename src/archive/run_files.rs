@@ -46,12 +46,12 @@ pub enum RunStatus {
 
 impl RunInfo {
     /// A run that begins now.
-    pub fn begun(scenario: &Scenario, seed: u64, arguments: Vec<String>) -> Self {
+    pub fn begun(scenario: &Scenario, seeds: &[u64], arguments: Vec<String>) -> Self {
         Self {
             program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
             scenario: scenario.name.clone(),
             arguments,
-            seeds: vec![seed],
+            seeds: seeds.to_vec(),
             status: RunStatus::Running,
             started: time_stamp::now(),
             ended: None,

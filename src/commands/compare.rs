@@ -15,7 +15,6 @@ use eigentrail::telemetry::{Telemetry, say};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 /// `compare --json` over several scenarios.
@@ -104,14 +103,11 @@ fn compare_one(
 ) -> Result<runner::CompareOutcome> {
     let trials = request.num_trials() as u64;
     let progress = Progress::new(telemetry, bars, "trials", trials);
-    let progress = Mutex::new((0, progress));
     let watch = CompareWatch {
         stop,
-        on_trial: &|arm, trial| {
-            let mut progress = progress.lock().expect("no thread panics with the bar");
-            let (done, bar) = &mut *progress;
-            *done += 1;
-            bar.reach(*done, || format!("{arm}, seed {}", trial.result.seed));
+        on_trial: &|_, trial| {
+            progress.add(1);
+            progress.add_steps(trial.result.steps);
         },
     };
     Ok(runner::compare(loaded, request, watch).map_err(Error::from)?)
@@ -131,7 +127,10 @@ fn style(args: &cli::Compare) -> TableStyle {
     if args.markdown {
         TableStyle::Markdown
     } else {
-        TableStyle::Terminal
+        let width = super::terminal_width().unwrap_or(80);
+        TableStyle::Terminal {
+            width: if args.wide { usize::MAX } else { width },
+        }
     }
 }
 

@@ -19,8 +19,9 @@ use std::sync::atomic::Ordering;
 
 pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
     let stop = signals::stop_flag();
+    let events = &telemetry.events;
     let observers = |start: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
-        let events = EventKeeper::create(&telemetry.events, start)?;
+        let events = EventKeeper::create(events, start)?;
         Ok(vec![Box::new(events)])
     };
     let watch = Watch {

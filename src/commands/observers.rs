@@ -2,9 +2,8 @@
 
 use super::progress::Progress;
 use eigentrail::archive::{ArchiveError, names};
-use eigentrail::runner::{Episode, RunObserver, RunStart, RunState};
+use eigentrail::runner::{Episode, Refresh, RunObserver, RunStart, RunState};
 use eigentrail::telemetry::{EventLog, SeedLog};
-use std::cell::RefCell;
 use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -55,18 +54,39 @@ fn write_error(path: &std::path::Path) -> impl FnOnce(io::Error) -> ArchiveError
     }
 }
 
-/// Progress of a run, episode by episode.
-pub struct EpisodeProgress<'a>(pub &'a RefCell<Progress>);
+/// Observer of one seed that moves the bar of a run.
+pub struct EpisodeProgress<'a> {
+    progress: &'a Progress,
+    /// Steps that were told.
+    steps: u64,
+}
+
+impl<'a> EpisodeProgress<'a> {
+    /// One that has seen nothing yet.
+    pub fn new(progress: &'a Progress) -> Self {
+        Self { progress, steps: 0 }
+    }
+
+    fn walked_to(&mut self, step: u64) {
+        self.progress.add_steps(step - self.steps);
+        self.steps = step;
+    }
+}
 
 impl RunObserver for EpisodeProgress<'_> {
+    /// The first episodes may be so long that nothing else tells that the run goes on.
+    fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
+        self.walked_to(refresh.record.step);
+        Ok(())
+    }
+
     fn episode_ended(
         &mut self,
         episode: &Episode<'_>,
         _: &dyn RunState,
     ) -> Result<(), ArchiveError> {
-        let record = episode.record;
-        let detail = || format!("{} steps, {} states", record.step, record.nodes);
-        self.0.borrow_mut().reach(record.episode + 1, detail);
+        self.walked_to(episode.record.step);
+        self.progress.add(1);
         Ok(())
     }
 }

@@ -1,64 +1,67 @@
-//! Progress: a bar on a terminal, elsewhere a line every ten seconds.
+//! Progress: a bar on a terminal, gone at the end, and nothing elsewhere.
 
-use eigentrail::telemetry::{Telemetry, say};
+use eigentrail::report::grouped;
+use eigentrail::telemetry::Telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Between two lines where there is no terminal.
-const LINE_EVERY: Duration = Duration::from_secs(10);
+/// How often the bar is drawn while nothing comes to an end.
+const TICK: Duration = Duration::from_millis(250);
 
-/// Progress of a known number of things.
+/// Progress of a known number of things, which may be reported from many threads.
 pub struct Progress {
-    what: &'static str,
     bar: Option<ProgressBar>,
-    lines: bool,
-    said: Instant,
-    done: u64,
-    total: u64,
+    begun: Instant,
+    steps: AtomicU64,
 }
 
 impl Progress {
     /// Progress of `total` `what`; silent unless `shown`.
     pub fn new(telemetry: &Telemetry, shown: bool, what: &'static str, total: u64) -> Self {
-        let terminal = stderr().is_terminal();
-        let bar = (shown && terminal).then(|| {
+        let bar = (shown && stderr().is_terminal()).then(|| {
             let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
             let bar = telemetry.bars.add(bar); // they know where to draw
-            let template = "{wide_bar} {pos}/{len} {msg} {elapsed}";
-            if let Ok(style) = ProgressStyle::with_template(template) {
+            let template = format!("{{wide_bar}} {{pos}}/{{len}} {what}{{msg}}, {{eta}} left");
+            if let Ok(style) = ProgressStyle::with_template(&template) {
                 bar.set_style(style);
             }
-            bar.set_message(what);
+            bar.enable_steady_tick(TICK);
             bar
         });
         Self {
-            what,
             bar,
-            lines: shown && !terminal,
-            said: Instant::now(),
-            done: 0,
-            total,
+            begun: Instant::now(),
+            steps: AtomicU64::new(0),
         }
     }
 
-    /// So many are done; `detail` says something about the last one.
-    pub fn reach(&mut self, done: u64, detail: impl FnOnce() -> String) {
-        self.done = done;
-        self.total = self.total.max(done); // a search may turn out longer than was known
+    /// So many more are done.
+    pub fn add(&self, done: u64) {
         if let Some(bar) = &self.bar {
-            bar.set_length(self.total);
-            bar.set_position(done);
-        } else if self.lines && self.said.elapsed() >= LINE_EVERY {
-            self.said = Instant::now();
-            say(format!(
-                "{} of {} {}, {}",
-                self.done,
-                self.total,
-                self.what,
-                detail()
-            ));
+            bar.inc(done);
         }
+    }
+
+    /// So many are done by now. A search may turn out longer than was known.
+    pub fn reach(&self, done: u64) {
+        if let Some(bar) = &self.bar {
+            bar.set_length(bar.length().unwrap_or(0).max(done));
+            bar.set_position(done);
+        }
+    }
+
+    /// So many more environment steps were taken.
+    pub fn add_steps(&self, steps: u64) {
+        let Some(bar) = &self.bar else { return };
+        let all = self.steps.fetch_add(steps, Ordering::Relaxed) + steps;
+        let a_second = all as f64 / self.begun.elapsed().as_secs_f64().max(1e-3);
+        bar.set_message(format!(
+            ", {} steps, {} steps/s",
+            grouped(all),
+            grouped(a_second as u64)
+        ));
     }
 }
 

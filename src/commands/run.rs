@@ -9,13 +9,13 @@ use crate::signals;
 use anyhow::Result;
 use eigentrail::archive::{ArchiveError, Existing};
 use eigentrail::error::Error;
-use eigentrail::report::{RunLine, render_run};
-use eigentrail::runner::{self, Observers, RunRequest, RunStart, Watch};
+use eigentrail::report::{RunLine, RunLines, render_run, render_seeds};
+use eigentrail::runner::{self, Observers, RunOutcome, RunRequest, RunStart, Watch};
 use eigentrail::scenario::Scenario;
 use eigentrail::serve::{LiveView, Server, Title};
 use eigentrail::telemetry::{Telemetry, say};
 use eigentrail::tensorboard::TensorBoardWriter;
-use std::cell::RefCell;
+use std::sync::atomic::Ordering;
 use tracing::info;
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
@@ -23,25 +23,25 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     let scenario = &loaded.scenario;
     let request = RunRequest {
-        seed: args.seed.unwrap_or(scenario.run.seed),
+        seeds: seeds(args, scenario),
         out: args.out.clone(),
         existing: existing(args),
         arguments: super::arguments(),
     };
     let stop = signals::stop_flag();
-    let server = serve(args, scenario, &request)?;
-    let progress = Progress::new(telemetry, bars, "episodes", scenario.run.episodes as u64);
-    let progress = RefCell::new(progress);
+    let mut server = serve(args, scenario, &request)?;
+    let episodes = scenario.run.episodes as u64 * request.seeds.len() as u64;
+    let progress = Progress::new(telemetry, bars, "episodes", episodes);
+    let events = &telemetry.events;
     let observers = |start: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
-        let mut observers: Observers<'_> =
-            vec![Box::new(EventKeeper::create(&telemetry.events, start)?)];
+        let mut observers: Observers<'_> = vec![Box::new(EventKeeper::create(events, start)?)];
         if !args.no_tensorboard {
             observers.push(Box::new(TensorBoardWriter::create(start)?));
         }
         if let Some(server) = &server {
             observers.push(Box::new(LiveView::new(server)));
         }
-        observers.push(Box::new(EpisodeProgress(&progress)));
+        observers.push(Box::new(EpisodeProgress::new(&progress)));
         Ok(observers)
     };
     let watch = Watch {
@@ -50,42 +50,72 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
     };
     let ran = runner::run(&loaded, &request, watch).map_err(Error::from)?;
     drop(progress);
-    drop(server); // browsers are shown the end before the page is written
-    if ran.was_finished {
-        info!(
-            seed = request.seed,
-            "already finished in this folder, not run again"
-        );
+    if let Some(server) = &mut server {
+        server.end_of_run(); // browsers are shown the end before the page is written
+    }
+    for seed in ran.seeds.iter().filter(|seed| seed.was_finished) {
+        let seed = seed.result.seed;
+        info!(seed, "already finished in this folder, not run again");
     }
     if !args.no_report {
         super::report::write_into(ran.folder.path())?;
     }
-    let outcome = &ran.outcome;
-    if args.json {
-        print_json(&RunLine::new(
-            &scenario.name,
-            &outcome.result,
-            &outcome.timing,
+    show(args, &scenario.name, &ran);
+    let ending = match ran.finished {
+        true => Ending::Done,
+        false => Ending::Interrupted,
+    };
+    let anything_to_show = ran.seeds.iter().any(|seed| !seed.was_finished);
+    drop(ran); // whoever comes now may write to the folder
+    if let Some(server) = server.filter(|_| args.serve.is_some() && anything_to_show)
+        && !stop.load(Ordering::Relaxed)
+    {
+        let address = server.address();
+        say(format!(
+            "the run has ended; its page stays at http://{address}/ until Ctrl-C"
         ));
-    } else {
-        print(&render_run(
-            &scenario.name,
-            &outcome.result,
-            &outcome.timing,
-            &outcome.steps_per_episode,
-            ran.folder.path(),
-        ));
+        signals::wait();
     }
-    Ok(if outcome.result.finished {
-        Ending::Done
-    } else {
-        Ending::Interrupted
-    })
+    Ok(ending)
+}
+
+/// The seeds that are asked for.
+fn seeds(args: &cli::Run, scenario: &Scenario) -> Vec<u64> {
+    match &args.seeds {
+        Some(seeds) => seeds.0.clone(),
+        None => vec![args.seed.unwrap_or(scenario.run.seed)],
+    }
+}
+
+/// The results, in the form of one seed or of several by how it was asked.
+fn show(args: &cli::Run, name: &str, ran: &RunOutcome) {
+    let folder = ran.folder.path();
+    let results = || ran.seeds.iter().map(|seed| (&seed.result, &seed.timing));
+    if args.seeds.is_some() {
+        match args.json {
+            true => print_json(&RunLines::new(name, results())),
+            false => print(&render_seeds(name, results(), folder)),
+        }
+        return;
+    }
+    for seed in &ran.seeds {
+        let (result, timing) = (&seed.result, &seed.timing);
+        match args.json {
+            true => print_json(&RunLine::new(name, result, timing)),
+            false => print(&render_run(
+                name,
+                result,
+                timing,
+                &seed.steps_per_episode,
+                folder,
+            )),
+        }
+    }
 }
 
 /// The server of the live page, if one is asked for.
 fn serve(args: &cli::Run, scenario: &Scenario, request: &RunRequest) -> Result<Option<Server>> {
-    let Some(address) = args.serve else {
+    let Some(address) = args.serve.or(args.serve_once) else {
         return Ok(None);
     };
     let title = Title {
@@ -104,7 +134,7 @@ fn serve(args: &cli::Run, scenario: &Scenario, request: &RunRequest) -> Result<O
             "warning: the live page can be read by whoever reaches {address}"
         ));
     }
-    say(format!("live at http://{address}/ until the run ends"));
+    say(format!("live at http://{address}/"));
     Ok(Some(server))
 }
 

@@ -18,17 +18,15 @@ pub(super) fn run(
     folder: &Path,
     watch: Watch<'_>,
 ) -> Result<RecordedRun> {
-    for seed in 0..seeds {
-        let request = RunRequest {
-            seed,
-            out: Some(folder.to_owned()),
-            existing: Existing::Resume,
-            arguments: super::arguments(),
-        };
-        let ran = runner::run(loaded, &request, watch).map_err(Error::from)?;
-        if !ran.outcome.result.finished {
-            bail!(Interrupted); // less than all the seeds would be a false picture
-        }
+    let request = RunRequest {
+        seeds: (0..seeds).collect(),
+        out: Some(folder.to_owned()),
+        existing: Existing::Resume,
+        arguments: super::arguments(),
+    };
+    let ran = runner::run(loaded, &request, watch).map_err(Error::from)?;
+    if !ran.finished {
+        bail!(Interrupted); // less than all the seeds would be a false picture
     }
     Ok(RecordedRun::read(folder).map_err(Error::from)?)
 }

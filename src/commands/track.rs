@@ -107,7 +107,7 @@ fn follow(
     telemetry: &Telemetry,
     bars: bool,
 ) -> Result<(TrackStatistics, Option<Eigenpairs>)> {
-    let mut progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
+    let progress = Progress::new(telemetry, bars, "nodes", adjacency.num_nodes() as u64);
     let mut statistics = TrackStatistics {
         n: adjacency.num_nodes(),
         nnz: adjacency.nnz(),
@@ -139,7 +139,7 @@ fn follow(
                 let (nodes, route) = (update.nodes, update.route);
                 let reason = route.reason();
                 debug!(name: "spectrum_refresh", nodes, ?route, reason, elapsed_ms = update.seconds * 1e3, "spectrum_refresh");
-                progress.reach(update.nodes as u64, || format!("{:.3} s", update.seconds));
+                progress.reach(update.nodes as u64);
                 statistics.total_seconds += update.seconds;
                 statistics.updates.push(update);
             }

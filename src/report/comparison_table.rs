@@ -1,89 +1,130 @@
 //! Comparisons as people read them: a table for each world, and one over all worlds.
 
+use super::fitted_table::{Column, TableStyle, fitting, render_columns, width_of, wrapped};
 use super::terminal::{amount, counts_steps, grouped, whole};
-use crate::archive::{
-    ArmDifference, ArmSummary, ArmTiming, Comparison, IqmInterval, MedianInterval, Moments,
-};
+use crate::archive::{ArmDifference, ArmSummary, Comparison, IqmInterval, MedianInterval, Moments};
 use crate::statistics::{EQUIVALENCE_MARGIN, Verdict};
-use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Write;
 
-/// Style of a table.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TableStyle {
-    /// With lines.
-    #[default]
-    Terminal,
-    /// For documents.
-    Markdown,
-}
-
-/// One world: a row for each arm, and below it what the columns refer to.
+/// One world: a row for each arm, and below it what the columns refer to. Columns that do not fit are left out.
 pub fn render_comparison(comparison: &Comparison, style: TableStyle) -> String {
-    let mut header = vec!["arm", "regret (IQM)", "÷ sparse"];
-    if comparison.tuning.is_some() {
-        header.push("÷ tuned");
+    let (columns, left_out) = fitting(columns(comparison), style);
+    let title = wrapped(&title(comparison), style.width());
+    let table = render_columns(&columns, style);
+    let mut notes = String::from("[ ]: 95 % interval, of medians exact, of IQM by bootstrap.");
+    for column in columns.iter().filter(|column| !column.note.is_empty()) {
+        notes += " ";
+        notes += &column.note;
     }
-    if !comparison.differences.is_empty() {
-        header.push("paired");
+    notes.push('\n');
+    notes += &circumstances(comparison);
+    if left_out > 0 {
+        let _ = writeln!(
+            notes,
+            "{left_out} more columns: --wide, --markdown, or report.html."
+        );
     }
-    header.extend([
-        "first goal",
-        "to 1.1×",
-        "final",
-        "greedy",
-        "failed",
-        "false max.",
-        "µs a step",
-    ]);
-    let mut table = table(style, header);
-    for (arm, timing) in comparison.arms.iter().zip(&comparison.timing) {
-        table.add_row(row(arm, timing, comparison));
-    }
-    let mut text = format!("{}\n\n", title(comparison));
-    text += &align_right(table);
-    text.push('\n');
-    text + &notes(comparison)
+    format!("{title}\n{table}\n{}", wrapped(&notes, style.width()))
 }
 
-/// All worlds: ratios to the sparse arm, a column for each arm.
+/// All worlds: ratios to the sparse arm, a column for each arm; where they do not all fit, several tables below each other.
 pub fn render_overview(comparisons: &[Comparison], style: TableStyle) -> String {
     let Some(first) = comparisons.first() else {
         return String::new();
     };
-    let names = || first.arms.iter().map(|arm| arm.name.as_str());
-    let mut table = table(style, ["regret ÷ sparse"].into_iter().chain(names()));
-    for comparison in comparisons {
-        let ratios = comparison
-            .arms
+    let column = |header: &str, cells: Vec<String>| Column {
+        header: header.to_owned(),
+        cells,
+        rank: 0,
+        note: String::new(),
+    };
+    let worlds = || {
+        let names = comparisons.iter().map(|one| one.scenario.clone());
+        column("regret ÷ sparse", names.collect())
+    };
+    let arms = (0..first.arms.len()).map(|arm| {
+        let ratios = comparisons
             .iter()
-            .map(|arm| ratio(&arm.ratio_to_sparse));
-        table.add_row([comparison.scenario.clone()].into_iter().chain(ratios));
+            .map(|one| ratio(&one.arms[arm].ratio_to_sparse));
+        column(&first.arms[arm].name, ratios.collect())
+    });
+    let mut text = String::new();
+    let mut beside = vec![worlds()];
+    for arm in arms {
+        let used: usize = 1 + beside.iter().map(width_of).sum::<usize>();
+        if beside.len() > 1 && used + width_of(&arm) > style.width() {
+            text += &render_columns(&beside, style);
+            beside = vec![worlds()];
+        }
+        beside.push(arm);
     }
-    let mut text = align_right(table);
+    text += &render_columns(&beside, style);
     text.push_str("\nMedians over seeds, with exact 95 % intervals.\n");
     text
 }
 
-fn table<T: Into<comfy_table::Cell>>(
-    style: TableStyle,
-    header: impl IntoIterator<Item = T>,
-) -> Table {
-    let mut table = Table::new();
-    table.load_style(match style {
-        TableStyle::Terminal => presets::UTF8_FULL_CONDENSED,
-        TableStyle::Markdown => presets::ASCII_MARKDOWN,
-    });
-    table.set_header(header);
-    table
-}
-
-/// Numbers to the right.
-fn align_right(mut table: Table) -> String {
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
+/// What is known of the arms, and which of it comes first where there is little room.
+fn columns(comparison: &Comparison) -> Vec<Column> {
+    let optimal_return = comparison.optimal_return;
+    let mut columns = Vec::new();
+    let mut add = |rank, header: &str, note: &str, cell: &dyn Fn(&ArmSummary) -> String| {
+        columns.push(Column {
+            header: header.to_owned(),
+            cells: comparison.arms.iter().map(cell).collect(),
+            rank,
+            note: note.to_owned(),
+        });
+    };
+    add(0, "arm", "", &|arm| arm.name.clone());
+    add(2, "regret (IQM)", "", &|arm| whole(arm.regret.iqm));
+    add(9, "regret, 95 %", "", &|arm| interval(&arm.regret));
+    add(1, "÷ sparse", "", &|arm| ratio(&arm.ratio_to_sparse));
+    if comparison.tuning.is_some() {
+        add(2, "÷ tuned", "", &|arm| {
+            arm.ratio_to_tuned_sparse.as_ref().map_or_else(dash, ratio)
+        });
     }
-    table.trim_fmt() + "\n"
+    if let Some(difference) = comparison.differences.first() {
+        add(5, "paired", &paired_note(difference), &|arm| {
+            paired(comparison.difference(&arm.name))
+        });
+    }
+    add(
+        6,
+        "first goal",
+        "first goal: median environment steps, – if half of the seeds or more never get there.",
+        &|arm| moments(&arm.first_goal_step),
+    );
+    add(8, "to 1.1×", to_1_1x_note(optimal_return), &|arm| {
+        moments(&arm.steps_to_1_1x)
+    });
+    add(7, "final", final_note(optimal_return), &|arm| {
+        final_cell(arm, optimal_return)
+    });
+    add(
+        4,
+        "greedy",
+        "greedy: exact return of the final greedy policy, median.",
+        &|arm| greedy_cell(&arm.greedy_return, optimal_return),
+    );
+    add(
+        3,
+        "failed",
+        "failed: seeds whose greedy return is below R* − 0.05 |R*|.",
+        &|arm| arm.failures.map_or_else(dash, percent),
+    );
+    add(10, "false maxima", "", &|arm| {
+        arm.spurious_maxima.map_or_else(dash, |n| n.to_string())
+    });
+    let steps_take = comparison.timing.iter();
+    let microseconds = steps_take.map(|arm| format!("{:.2}", 1e6 / arm.median.steps_per_second));
+    columns.push(Column {
+        header: "µs a step".to_owned(),
+        cells: microseconds.collect(),
+        rank: 11,
+        note: String::new(),
+    });
+    columns
 }
 
 fn title(comparison: &Comparison) -> String {
@@ -103,30 +144,6 @@ fn title(comparison: &Comparison) -> String {
         ranges(&comparison.seeds),
         grouped(comparison.episodes as u64),
     )
-}
-
-fn row(arm: &ArmSummary, timing: &ArmTiming, comparison: &Comparison) -> Vec<String> {
-    let mut cells = vec![
-        arm.name.clone(),
-        iqm(&arm.regret),
-        ratio(&arm.ratio_to_sparse),
-    ];
-    if comparison.tuning.is_some() {
-        cells.push(arm.ratio_to_tuned_sparse.as_ref().map_or_else(dash, ratio));
-    }
-    if !comparison.differences.is_empty() {
-        cells.push(paired(comparison.difference(&arm.name)));
-    }
-    cells.extend([
-        moments(&arm.first_goal_step),
-        moments(&arm.steps_to_1_1x),
-        final_cell(arm, comparison.optimal_return),
-        greedy_cell(&arm.greedy_return, comparison.optimal_return),
-        arm.failures.map_or_else(dash, percent),
-        arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),
-        format!("{:.2}", 1e6 / timing.median.steps_per_second),
-    ]);
-    cells
 }
 
 /// A difference in per cent, and what it shows.
@@ -180,24 +197,19 @@ fn times(ratio: f64) -> String {
     }
 }
 
-/// What the columns mean and refer to.
-fn notes(comparison: &Comparison) -> String {
-    let mut text = String::from(
-        "[ ]: 95 % interval, of medians exact, of IQM by bootstrap. first goal, to 1.1×: median environment steps, – if half of \
-         the seeds or more never get there.",
-    );
-    text += nearness(comparison.optimal_return);
-    text += " greedy: exact return of the final greedy policy, median. failed: seeds in which it is below R* − 0.05 |R*|.\n";
-    if let Some(difference) = comparison.differences.first() {
-        let _ = writeln!(
-            text,
-            "paired: regret − that of {} with the same seed, median in shares of what {} has; < less, > more, = within \
-             {:.0} %, ? nothing is shown, all together with 95 %.",
-            difference.against,
-            difference.against,
-            100.0 * EQUIVALENCE_MARGIN
-        );
-    }
+/// What the differences to the default say.
+fn paired_note(difference: &ArmDifference) -> String {
+    let against = &difference.against;
+    let margin = 100.0 * EQUIVALENCE_MARGIN;
+    format!(
+        "paired: regret − that of {against} with the same seed, median in shares of what {against} has; < less, > more, \
+         = within {margin:.0} %, ? nothing is shown, all together with 95 %."
+    )
+}
+
+/// What is said of seeds, moved goals and the arms that everything is compared with.
+fn circumstances(comparison: &Comparison) -> String {
+    let mut text = String::new();
     if comparison.seeds.len() < 6 {
         text += "With fewer than 6 seeds the intervals of medians hold all seeds, and are less sure than 95 %.\n";
     }
@@ -231,15 +243,23 @@ fn notes(comparison: &Comparison) -> String {
     text
 }
 
-/// What is near the optimum R*, and what "final" says.
-fn nearness(optimal_return: f64) -> &'static str {
+/// What is near the optimum R*.
+fn to_1_1x_note(optimal_return: f64) -> &'static str {
     if optimal_return < 0.0 {
-        " to 1.1×: until the mean return of 20 episodes ≥ 1.1 R*. final: return of the last episodes ÷ R*."
+        "to 1.1×: environment steps until the mean return of 20 episodes ≥ 1.1 R*."
     } else if optimal_return > 0.0 {
-        " to 1.1×: until the mean return of 20 episodes ≥ 0.9 R*. final: return of the last episodes, of R*."
+        "to 1.1×: environment steps until the mean return of 20 episodes ≥ 0.9 R*."
     } else {
-        " to 1.1×: until the mean return of 20 episodes ≥ −0.1 × the largest |reward|. final: return of the last episodes, \
-         of R*."
+        "to 1.1×: environment steps until the mean return of 20 episodes ≥ −0.1 × the largest |reward|."
+    }
+}
+
+/// What the last episodes are held against.
+fn final_note(optimal_return: f64) -> &'static str {
+    if optimal_return < 0.0 {
+        "final: return of the last episodes ÷ R*."
+    } else {
+        "final: return of the last episodes, of R*."
     }
 }
 
@@ -248,12 +268,11 @@ pub(super) fn dash() -> String {
 }
 
 pub(super) fn iqm(value: &IqmInterval) -> String {
-    format!(
-        "{} [{}, {}]",
-        whole(value.iqm),
-        whole(value.low),
-        whole(value.high)
-    )
+    format!("{} {}", whole(value.iqm), interval(value))
+}
+
+fn interval(value: &IqmInterval) -> String {
+    format!("[{}, {}]", whole(value.low), whole(value.high))
 }
 
 pub(super) fn ratio(value: &MedianInterval) -> String {
@@ -299,7 +318,7 @@ fn ranges(seeds: &[u64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::archive::{ProbabilityInterval, TrialTiming};
+    use crate::archive::{ArmTiming, ProbabilityInterval, TrialTiming};
 
     fn comparison() -> Comparison {
         let never = Moments {
@@ -388,7 +407,7 @@ mod tests {
         let text = render_comparison(&comparison(), TableStyle::Markdown);
         for words in [
             "four-rooms: 4 seeds (1000–1002, 7), 500 episodes each, optimal episode 20.0 steps",
-            "| gcn | 1 234 [990, 1 501] | 0.035 [0.0031, 1.50] |        321 |       – |  1.05 |  -20.0 |   25 % |          – |     25.00 |",
+            "| gcn |        1 234 | [990, 1 501] | 0.035 [0.0031, 1.50] |        321 |       – |  1.05 |  -20.0 |   25 % |            – |     25.00 |",
             "The sparse arm was run for the ratios: regret 10 350 [9 000, 12 000].",
         ] {
             assert!(text.contains(words), "no {words} in\n{text}");
@@ -449,10 +468,79 @@ mod tests {
         );
     }
 
+    /// As [`comparison`], with ten arms of the program's own.
+    fn ten_arms() -> Comparison {
+        let mut ten = comparison();
+        let (arm, timing) = (ten.arms.remove(0), ten.timing.remove(0));
+        let names = [
+            "sparse",
+            "gcn",
+            "heat",
+            "no-shaping",
+            "look-ahead",
+            "actor-critic-shaped",
+            "actor-critic-unshaped",
+            "planner-frontier",
+            "mbie-eb",
+            "q-learning",
+        ];
+        for (name, scale) in names.iter().zip(1..) {
+            let scale = f64::from(scale * scale);
+            let mut arm = arm.clone();
+            (*name).clone_into(&mut arm.name);
+            arm.regret.iqm *= scale;
+            arm.regret.low *= scale;
+            arm.regret.high *= scale;
+            arm.spurious_maxima = Some(0);
+            ten.arms.push(arm);
+            ten.timing.push(ArmTiming {
+                name: (*name).to_owned(),
+                ..timing.clone()
+            });
+        }
+        ten
+    }
+
+    #[test]
+    fn ten_arms_fit_eighty_columns() {
+        let text = render_comparison(&ten_arms(), TableStyle::Terminal { width: 80 });
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+        insta::assert_snapshot!(text);
+    }
+
+    #[test]
+    fn where_there_is_room_every_column_is_shown() {
+        let text = render_comparison(&ten_arms(), TableStyle::Terminal { width: usize::MAX });
+        for header in ["regret, 95 %", "to 1.1×", "false maxima", "µs a step"] {
+            assert!(text.contains(header), "no {header} in\n{text}");
+        }
+        assert!(!text.contains("more columns"), "{text}");
+    }
+
+    #[test]
+    fn arms_that_do_not_fit_come_in_tables_below_each_other() {
+        let worlds = [ten_arms(), ten_arms()];
+        let text = render_overview(&worlds, TableStyle::Terminal { width: 80 });
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+        for arm in &worlds[0].arms {
+            assert_eq!(
+                text.matches(&format!(" {} ", arm.name)).count(),
+                1,
+                "{text}"
+            );
+        }
+    }
+
     #[test]
     fn the_overview_has_a_row_for_each_world() {
         let worlds = [comparison(), comparison()];
-        let text = render_overview(&worlds, TableStyle::Terminal);
+        let text = render_overview(&worlds, TableStyle::Terminal { width: 80 });
         assert_eq!(
             text.matches("│ four-rooms      ┆ 0.035 [0.0031, 1.50] │")
                 .count(),

@@ -1,4 +1,4 @@
-//! The line of JSON about a run.
+//! The lines of JSON about runs.
 
 use crate::archive::{SeedResult, SeedTiming};
 use serde::Serialize;
@@ -43,6 +43,28 @@ impl<'a> RunLine<'a> {
             gcn_fits: result.gcn_fits,
             wall_seconds: timing.wall_seconds,
             steps_per_second: timing.steps_per_second,
+        }
+    }
+}
+
+/// Line that `run --seeds A..B --json` prints.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunLines<'a> {
+    scenario: &'a str,
+    seeds: Vec<RunLine<'a>>,
+}
+
+impl<'a> RunLines<'a> {
+    /// Puts the seeds' numbers into the order of the format.
+    pub fn new(
+        scenario: &'a str,
+        seeds: impl Iterator<Item = (&'a SeedResult, &'a SeedTiming)>,
+    ) -> Self {
+        Self {
+            scenario,
+            seeds: seeds
+                .map(|(result, timing)| RunLine::new(scenario, result, timing))
+                .collect(),
         }
     }
 }

@@ -1,25 +1,27 @@
-//! One seed of a scenario into a run folder.
+//! Seeds of a scenario into a run folder.
 
 use super::build::warn_of_file;
 use super::error::RunnerError;
 use super::estimate::require_memory;
 use super::observer::{Observers, RunStart};
 use super::optimal_returns::OptimalReturns;
+use super::parallel_map::parallel_map;
 use super::seed_writer::SeedWriter;
 use super::trial;
 use crate::archive::{
-    ArchiveError, Existing, RunFolder, RunInfo, RunStatus, SeedResult, SeedTiming,
+    ArchiveError, Existing, RunFolder, RunInfo, RunStatus, SeedResult, SeedTiming, Summary,
 };
 use crate::scenario::Loaded;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use tracing::{field, info_span};
 
 /// Request for a run: what to run, and where to write it.
 #[derive(Clone, Debug)]
 pub struct RunRequest {
-    /// Master seed.
-    pub seed: u64,
+    /// Master seeds, each once.
+    pub seeds: Vec<u64>,
     /// The run folder; `runs/NAME/TIME` if none is given.
     pub out: Option<PathBuf>,
     /// What to do if it exists.
@@ -31,15 +33,16 @@ pub struct RunRequest {
 /// Observers of a run, and the flag that stops it.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Set from anywhere: the run ends, and the episode under way is given up.
+    /// Set from anywhere: the run ends, and the episodes under way are given up.
     pub stop: &'a AtomicBool,
     /// Makes the observers of each seed that is run, beside those that write its files. It is called within the span
-    /// `run`, whose field `log` is theirs to record.
+    /// `run`, whose field `log` is theirs to record, on the thread that the seed is run on.
     pub observers: &'a MakeObservers<'a>,
 }
 
 /// Maker of the observers of a seed.
-pub type MakeObservers<'a> = dyn Fn(&RunStart<'_>) -> Result<Observers<'a>, ArchiveError> + 'a;
+pub type MakeObservers<'a> =
+    dyn Fn(&RunStart<'_>) -> Result<Observers<'a>, ArchiveError> + Sync + 'a;
 
 /// Results of one seed.
 #[derive(Clone, Debug)]
@@ -50,69 +53,117 @@ pub struct SeedOutcome {
     pub timing: SeedTiming,
     /// Steps of each episode; empty if the seed had been finished before.
     pub steps_per_episode: Vec<u32>,
+    /// Whether it had been finished before and was not run again.
+    pub was_finished: bool,
 }
 
 /// Results of a run, and its folder.
 #[derive(Clone, Debug)]
 pub struct RunOutcome {
-    /// The seed's numbers.
-    pub outcome: SeedOutcome,
+    /// By seed in the order of the request, but for those that an interruption came before.
+    pub seeds: Vec<SeedOutcome>,
+    /// Whether every seed was run to its end.
+    pub finished: bool,
     /// The run folder; nobody else writes there while this is kept.
     pub folder: RunFolder,
-    /// Whether the seed had been finished before and was not run again.
-    pub was_finished: bool,
 }
 
-/// Runs one seed of a scenario into a run folder.
+/// Runs seeds of a scenario into a run folder: one on all threads, several side by side. That changes no result.
 ///
 /// With [`Existing::Resume`] a seed that is finished in the folder is not run again; one that is not, begins anew.
 ///
 /// # Errors
-/// If the folder cannot be used, a file cannot be written, the run fails, or an observer does.
+/// If the folder cannot be used, a file cannot be written, the run fails, or an observer does. What other seeds came to
+/// is in the summary all the same.
 pub fn run(
     loaded: &Loaded,
     request: &RunRequest,
     watch: Watch<'_>,
 ) -> Result<RunOutcome, RunnerError> {
     let scenario = &loaded.scenario;
-    require_memory(scenario, loaded.worlds.first(), 1)?;
+    let at_once = request.seeds.len().min(rayon::current_num_threads());
+    require_memory(scenario, loaded.worlds.first(), at_once)?;
     warn_of_file(&loaded.worlds, [scenario]);
     let folder = RunFolder::open(request.out.as_deref(), loaded, request.existing)?;
     let begun = folder.has_begun();
-    let mut summary = folder.summary(scenario)?;
-    if let Some((result, timing)) = summary.finished(request.seed) {
-        let outcome = SeedOutcome {
-            result: result.clone(),
-            timing: *timing,
-            steps_per_episode: Vec::new(),
-        };
+    let summary = folder.summary(scenario)?;
+    if let Some(seeds) = all_finished(&summary, &request.seeds) {
         return Ok(RunOutcome {
-            outcome,
+            seeds,
+            finished: true,
             folder,
-            was_finished: true,
         });
     }
-    let mut info = RunInfo::begun(scenario, request.seed, request.arguments.clone());
+    let mut info = RunInfo::begun(scenario, &request.seeds, request.arguments.clone());
     folder.write_info(&mut info)?; // first: it makes the folder known as ours
     if !begun {
         folder.write_scenario(&loaded.text, scenario)?;
     }
-    let ran = run_seed(loaded, request.seed, &folder.seed(request.seed), watch);
+    let summary = Mutex::new(summary);
+    let ran = run_missing(loaded, request, watch, &folder, &summary);
+    let finished = ran.as_ref().is_ok_and(|seeds| {
+        seeds.len() == request.seeds.len() && seeds.iter().all(|seed| seed.result.finished)
+    });
     info.end(match &ran {
-        Ok(outcome) if outcome.result.finished => RunStatus::Finished,
+        Ok(_) if finished => RunStatus::Finished,
         Ok(_) => RunStatus::Interrupted,
         Err(_) => RunStatus::Failed,
     });
     let noted = folder.write_info(&mut info);
-    let outcome = ran?;
+    let seeds = ran?;
     noted?;
-    summary.put(outcome.result.clone(), outcome.timing);
-    folder.write_summary(&summary)?;
     Ok(RunOutcome {
-        outcome,
+        seeds,
+        finished,
         folder,
-        was_finished: false,
     })
+}
+
+/// What is known of a seed that had been finished before.
+fn finished_before(summary: &Summary, seed: u64) -> Option<SeedOutcome> {
+    let (result, timing) = summary.finished(seed)?;
+    Some(SeedOutcome {
+        result: result.clone(),
+        timing: *timing,
+        steps_per_episode: Vec::new(),
+        was_finished: true,
+    })
+}
+
+fn all_finished(summary: &Summary, seeds: &[u64]) -> Option<Vec<SeedOutcome>> {
+    let before = seeds.iter().map(|&seed| finished_before(summary, seed));
+    before.collect()
+}
+
+/// Runs the seeds that are not finished, each of which goes into the summary as soon as it is.
+fn run_missing(
+    loaded: &Loaded,
+    request: &RunRequest,
+    watch: Watch<'_>,
+    folder: &RunFolder,
+    summary: &Mutex<Summary>,
+) -> Result<Vec<SeedOutcome>, RunnerError> {
+    let summary = || summary.lock().unwrap_or_else(PoisonError::into_inner);
+    let one = |&seed: &u64| -> Result<SeedOutcome, RunnerError> {
+        if let Some(before) = finished_before(&summary(), seed) {
+            return Ok(before);
+        }
+        let outcome = run_seed(loaded, seed, &folder.seed(seed), watch)?;
+        let mut summary = summary();
+        summary.put(outcome.result.clone(), outcome.timing);
+        folder.write_summary(&summary)?;
+        Ok(outcome)
+    };
+    if let [seed] = request.seeds.as_slice() {
+        return Ok(vec![one(seed)?]);
+    }
+    let several = parallel_map(&request.seeds, |seed| {
+        match watch.stop.load(Ordering::Relaxed) {
+            true => Ok(None),
+            false => one(seed).map(Some),
+        }
+    })?;
+    Ok(several.into_iter().flatten().collect())
 }
 
 /// Runs `seed` of a scenario and writes its folder.
@@ -151,6 +202,7 @@ pub fn run_seed(
         result: trial.result(),
         timing: trial.timing(),
         steps_per_episode: trial.sums().lengths().to_vec(),
+        was_finished: false,
     })
 }
 

@@ -3,10 +3,9 @@
 use super::*;
 use crate::archive::{ArchiveError, Existing, RunStatus, names};
 use crate::scenario::{Loaded, Scenario};
-use std::cell::Cell;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Nobody stops these runs.
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -29,7 +28,7 @@ fn run_into<'a>(
     observers: &'a MakeObservers<'a>,
 ) -> Result<RunOutcome, RunnerError> {
     let request = RunRequest {
-        seed: 3,
+        seeds: vec![3],
         out: Some(out.to_owned()),
         existing: Existing::Refuse,
         arguments: Vec::new(),
@@ -76,7 +75,7 @@ fn an_edge_list_is_read_once() {
         let policy = fs::read(ran.folder.seed(3).join(names::POLICY)).unwrap();
         let compared = compare_into(&loaded, &folder.path().join("comparison"));
         let table = fs::read(compared.folder.file(names::TRIALS)).unwrap();
-        (ran.outcome.result, policy, table)
+        (ran.seeds[0].result.clone(), policy, table)
     });
     assert_eq!(results[0].0.goals_moved_after, Some(15));
     assert_eq!(results[0], results[1]);
@@ -86,7 +85,7 @@ fn an_edge_list_is_read_once() {
 /// Fails at its second episode, and again when it is to write what it has.
 struct Failing<'a> {
     episodes: u64,
-    ended: &'a Cell<bool>,
+    ended: &'a AtomicBool,
 }
 
 fn failure(path: &str) -> ArchiveError {
@@ -107,7 +106,7 @@ impl RunObserver for Failing<'_> {
     }
 
     fn ended(&mut self, _: &dyn RunState) -> Result<(), ArchiveError> {
-        self.ended.set(true);
+        self.ended.store(true, Ordering::Relaxed);
         Ok(())
     }
 }
@@ -117,7 +116,7 @@ fn the_first_error_of_an_observer_ends_a_run_whose_rows_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let (loaded, _) = ring(folder.path());
     let out = folder.path().join("run");
-    let ended = Cell::new(false);
+    let ended = AtomicBool::new(false);
     let observers = |start: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
         assert!(start.folder.is_dir() && start.seed == 3);
         let failing = Failing {
@@ -128,7 +127,7 @@ fn the_first_error_of_an_observer_ends_a_run_whose_rows_are_kept() {
     };
     let error = run_into(&loaded, &out, &observers).unwrap_err();
     assert_eq!(error.to_string(), "first: so it is");
-    assert!(!ended.get(), "what failed has not ended");
+    assert!(!ended.load(Ordering::Relaxed), "what failed has not ended");
     let rows = fs::read_to_string(out.join("seed-0003").join(names::EPISODES)).unwrap();
     assert_eq!(rows.lines().count(), 3, "a header and two episodes: {rows}");
     let info = fs::read_to_string(out.join(names::RUN)).unwrap();
@@ -140,7 +139,7 @@ fn the_first_error_of_an_observer_ends_a_run_whose_rows_are_kept() {
 fn what_cannot_be_flushed_is_told_though_every_episode_was_played() {
     let folder = tempfile::tempdir().unwrap();
     let (loaded, _) = ring(folder.path());
-    let ended = Cell::new(false);
+    let ended = AtomicBool::new(false);
     let observers = |_: &RunStart<'_>| -> Result<Observers<'_>, ArchiveError> {
         let failing = Failing {
             episodes: 2, // it will not come by its second one
@@ -150,5 +149,5 @@ fn what_cannot_be_flushed_is_told_though_every_episode_was_played() {
     };
     let error = run_into(&loaded, &folder.path().join("run"), &observers).unwrap_err();
     assert_eq!(error.to_string(), "second: so it is");
-    assert!(!ended.get());
+    assert!(!ended.load(Ordering::Relaxed));
 }

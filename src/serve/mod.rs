@@ -13,7 +13,8 @@
 //!   [server-sent events](https://html.spec.whatwg.org/multipage/server-sent-events.html), and there is nothing else.
 //!   Requests must name one host, and a local one unless the server was told to listen elsewhere, so that no page of another site
 //!   can read a run through a name that it has pointed at this machine.
-//! - With the run the server ends: browsers are sent the last drawing and the event `end`, and no thread stays.
+//! - When the run has ended browsers are sent its last drawing and the event `end`, also those that come later; when the server is dropped
+//!   no thread stays.
 //!
 //! **Cost.** Over ten alternating pairs of runs (`rooms_50x50`, 130 000 episodes, with and without a reader that gets a
 //! drawing a second) the steps per second of processor time of the run's thread differed by −14 to +1.5 %, median −2 %:

@@ -59,6 +59,16 @@ impl Server {
         self.address
     }
 
+    /// The run has ended: shows its last state, to whoever comes later too, until this is dropped.
+    pub fn end_of_run(&mut self) {
+        self.desk.close();
+        if let Some(painter) = self.painter.take() {
+            // A panic there has been told on stderr, and must not hide what came of the run.
+            let _ = painter.join();
+        }
+        self.board.end();
+    }
+
     /// How many browsers are connected.
     pub fn num_browsers(&self) -> usize {
         self.browsers.count()
@@ -77,12 +87,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.desk.close();
-        if let Some(painter) = self.painter.take() {
-            // A panic there has been told on stderr, and must not hide what came of the run.
-            let _ = painter.join();
-        }
-        self.board.end();
+        self.end_of_run();
         self.browsers.dismiss(FAREWELL);
     }
 }

@@ -16,10 +16,19 @@ impl Drop for Process {
     }
 }
 
-/// A run of some seconds that shows itself, and where.
+/// A run of some seconds that shows itself while it goes on, and where.
 pub fn serve(folder: &Path, arguments: &[&str]) -> (Process, String) {
+    let once = ["--serve-once=127.0.0.1:0"];
+    let (run, address, lines) = start(folder, &[arguments, &once].concat());
+    // The pipe must stay open for what the run has to say.
+    std::thread::spawn(move || lines.iter().for_each(drop));
+    (run, address)
+}
+
+/// A run that shows itself, where, and what it says after that.
+pub fn start(folder: &Path, arguments: &[&str]) -> (Process, String, Receiver<String>) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_eigentrail"))
-        .args(["run", "rooms_25x25", "--no-report", "--serve=127.0.0.1:0"])
+        .args(["run", "rooms_25x25", "--no-report"])
         .args(arguments)
         .arg("--out")
         .arg(folder.join("run"))
@@ -34,10 +43,7 @@ pub fn serve(folder: &Path, arguments: &[&str]) -> (Process, String) {
         let line = lines.recv_timeout(HANGS);
         let line = line.expect("the run says where it is live");
         if let Some(rest) = line.strip_prefix("live at ") {
-            let address = rest.split(' ').next().unwrap().to_owned();
-            // The pipe must stay open for what the run has to say.
-            std::thread::spawn(move || lines.iter().for_each(drop));
-            return (run, address);
+            return (run, rest.trim_end().to_owned(), lines);
         }
     }
 }

@@ -394,7 +394,7 @@ mod outputs {
                 for (line, code, made) in [
                     ("run quick.toml --out o --force", 0, "o/summary.json"),
                     (
-                        "run quick.toml --out o --force --serve=127.0.0.1:0",
+                        "run quick.toml --out o --force --serve-once=127.0.0.1:0",
                         0,
                         "o/summary.json",
                     ),

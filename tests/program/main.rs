@@ -13,6 +13,7 @@ mod program;
 mod report_page;
 #[path = "../common/runs.rs"]
 mod runs;
+mod seeds;
 #[path = "../common/served.rs"]
 mod served;
 mod tensorboard;

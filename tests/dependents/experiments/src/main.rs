@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 fn main() -> Result<(), Box<dyn Error>> {
     let loaded = Scenario::load("smoke".as_ref(), &[])?;
     let request = RunRequest {
-        seed: 0,
+        seeds: vec![0],
         out: None,
         existing: Existing::Refuse,
         arguments: Vec::new(),
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "{} with regret {}",
         run.folder.path().display(),
-        run.outcome.result.regret
+        run.seeds[0].result.regret
     );
     if let Some(file) = std::env::args().nth(1) {
         println!("{} nodes", matrix_market::load(file)?.num_nodes());
