@@ -10,6 +10,7 @@ mod live_page;
 mod potential_kinds;
 #[path = "../common/program.rs"]
 mod program;
+mod readme;
 mod report_page;
 #[path = "../common/runs.rs"]
 mod runs;
