@@ -122,11 +122,6 @@ impl ShortestPathProblem {
         &self.distances[..self.chain.num_goals()]
     }
 
-    /// Whether some goals are worth less than others.
-    pub fn goals_differ(&self) -> bool {
-        self.forgone().iter().any(|&d| d > 0.0)
-    }
-
     /// The entries of states that are no goals.
     pub fn past_goals<'v>(&self, by_position: &'v [f64]) -> &'v [f64] {
         &by_position[self.chain.num_goals()..]
