@@ -66,44 +66,65 @@ function pointAt(s, x) {
 }
 
 // series: {x, y, low?, high?, color, name, label?, dash?, arm?, thin?}; a label that is '' is not drawn.
-function chart(parent, { title, xTitle, yTitle, series, log, xlog, say }) {
+function chart(parent, { title, xTitle, yTitle, series, log, xlog }) {
   const { figure, width } = frame(parent, title);
   const usable = series.filter(s => s.x.length > 0);
   if (!usable.length) { figure.append(element('p', {}, 'Nothing recorded.')); return; }
+  const groups = twins(usable), { texts, room } = endTexts(groups, width);
+  const space = plan(usable, { log, xlog, width, room, height: Math.max(300, 18 * texts.length + 70) });
+  const ends = usable.map(s => `${s.name} ends at ${number(s.y.at(-1))}`).join('; ');
+  const svg = picture(width, space.height, `${title}. Across: ${xTitle}. Up: ${yTitle}. ${ends}.`);
+  drawAxes(svg, space, xTitle, yTitle);
+  drawLines(svg, space, usable, groups);
+  drawTexts(svg, space, texts);
+  figure.append(svg);
+  probeCurves(svg, space, usable, xTitle.split(',')[0]);
+}
+
+// What stands at the ends of curves, line by line, and how wide it may be. Curves that are the same stand below each other, as equal.
+function endTexts(groups, width) {
+  const narrow = width < 420;
+  const labels = groups.flatMap(group => group.map((s, k) => ({ s, name: (k ? '= ' : '') + (s.label ?? s.name), value: narrow || k ? '' : number(s.y.at(-1)),
+    dash: group.length === 1 && s.dash ? '4 2' : 'none' }))).filter(({ s }) => s.label !== '');
+  const longest = Math.max(0, ...labels.map(({ name, value }) => textWidth(`${name}  ${value}`)));
+  const room = Math.min(longest, .4 * width);
+  const texts = labels.flatMap(label => wrapped(label.name, room - textWidth(`  ${label.value}`) + .5)
+    .map((text, k, lines) => ({ ...label, text, first: k === 0, last: k === lines.length - 1 })));
+  return { texts, room };
+}
+
+// Where everything goes: the edges, the numbers at the axes, and x and y in pixels.
+function plan(usable, { log, xlog, width, room, height }) {
   const floor = log ? Math.max(1e-300, usable.reduce((m, s) => s.y.reduce((n, v) => v > 0 ? Math.min(n, v) : n, m), 1e300)) : 0;
   const f = log ? v => Math.log10(Math.max(v, floor)) : v => v;
   const fx = xlog ? x => Math.log10(Math.max(x, 1)) : x => x;
-  const groups = twins(usable), narrow = width < 420;
-  // Lines that are the same stand below each other, as equal.
-  const labels = groups.flatMap(group => group.map((s, k) => ({ s, name: (k ? '= ' : '') + (s.label ?? s.name), value: narrow || k ? '' : number(s.y.at(-1)),
-    dash: group.length === 1 && s.dash ? '4 2' : 'none' }))).filter(({ s }) => s.label !== '');
-  const longest = Math.max(0, ...labels.map(label => textWidth(`${label.name}  ${label.value}`)));
-  const room = Math.min(longest, .4 * width), right = room ? room + 24 : 10;
-  const texts = labels.flatMap(label => wrapped(label.name, room - textWidth(`  ${label.value}`) + .5).map((text, k, lines) => ({ ...label, text, first: !k, last: k === lines.length - 1 })));
-  const gaps = texts.map(text => text.first ? 18 : 14), top = 26, bottom = 44, height = Math.max(300, texts.length * 18 + top + bottom);
+  const value = (power, is) => is ? +(10 ** power).toPrecision(3) : power;
   const [y0, y1] = extent(usable, log, f);
-  const rungs = (log ? logTicks(y0, y1) : ticks(y0, y1)).map(t => [t, number(log ? +(10 ** t).toPrecision(3) : t)]);
-  const left = 10 + Math.max(...rungs.map(([, text]) => textWidth(text)));
+  const rungs = (log ? logTicks(y0, y1) : ticks(y0, y1)).map(t => ({ share: (t - y0) / (y1 - y0), text: number(value(t, log)) }));
   const xs = usable.flatMap(s => [s.x[0], s.x.at(-1)]);
   const most = Math.max(...xs), x0 = fx(Math.min(...xs)), x1 = Math.max(fx(most), x0 + 1e-9);
-  const inside = share => Math.min(Math.max(share, 0), 1);
-  const right0 = width - right, bottom0 = height - bottom;
-  const px = x => left + (fx(x) - x0) / (x1 - x0) * (right0 - left);
-  const py = y => bottom0 - inside((f(y) - y0) / (y1 - y0)) * (bottom0 - top);
-  const last = say || usable.map(s => `${s.name} ends at ${number(s.y.at(-1))}`).join('; ') + '.';
-  const svg = picture(width, height, `${title}. Across: ${xTitle}. Up: ${yTitle}. ${last}`);
-  for (const [t, text] of rungs) {
-    const y = bottom0 - (t - y0) / (y1 - y0) * (bottom0 - top);
-    svg.append(element('line', { x1: left, x2: right0, y1: y, y2: y, class: 'grid' }),
+  const left = 10 + Math.max(...rungs.map(({ text }) => textWidth(text))), right = width - (room ? room + 24 : 10), top = 26, bottom = height - 44;
+  const px = x => left + (fx(x) - x0) / (x1 - x0) * (right - left);
+  const py = y => bottom - Math.min(Math.max((f(y) - y0) / (y1 - y0), 0), 1) * (bottom - top);
+  const end = { at: px(most), text: number(most) }, before = right - textWidth(end.text) / 2 - 8;
+  const marks = (xlog ? logTicks(x0, x1) : ticks(x0, x1)).map(t => value(t, xlog)).map(t => ({ at: px(t), text: number(t) }))
+    .filter(({ at, text }) => at + textWidth(text) / 2 < before);
+  return { height, left, right, top, bottom, px, py, rungs, marks: [...marks, end] };
+}
+
+function drawAxes(svg, { height, left, right, top, bottom, rungs, marks }, xTitle, yTitle) {
+  for (const { share, text } of rungs) {
+    const y = bottom - share * (bottom - top);
+    svg.append(element('line', { x1: left, x2: right, y1: y, y2: y, class: 'grid' }),
       element('text', { x: left - 7, y: y + 4, 'text-anchor': 'end' }, text));
   }
-  const across = (xlog ? logTicks(x0, x1) : ticks(x0, x1)).map(p => xlog ? +(10 ** p).toPrecision(3) : p);
-  const atEnd = { at: px(most), text: number(most) }, before = right0 - textWidth(atEnd.text) / 2 - 8;
-  const marks = across.map(t => ({ at: px(t), text: number(t) })).filter(({ at, text }) => at + textWidth(text) / 2 < before);
-  scaleBelow(svg, bottom0, [...marks, atEnd]);
-  svg.append(element('line', { x1: left, x2: right0, y1: bottom0, y2: bottom0, class: 'axis' }),
-    element('text', { x: (left + right0) / 2, y: height - 6, 'text-anchor': 'middle' }, xTitle),
+  scaleBelow(svg, bottom, marks);
+  svg.append(element('line', { x1: left, x2: right, y1: bottom, y2: bottom, class: 'axis' }),
+    element('text', { x: (left + right) / 2, y: height - 6, 'text-anchor': 'middle' }, xTitle),
     element('text', { x: 0, y: 12 }, yTitle));
+}
+
+function drawLines(svg, { px, py }, usable, groups) {
   const trace = (x, y) => x.map((v, i) => `${i ? 'L' : 'M'}${px(v).toFixed(1)} ${py(y[i]).toFixed(1)}`).join('');
   for (const s of usable) if (s.low) {
     const back = [...s.x].reverse(), low = [...s.low].reverse();
@@ -114,20 +135,23 @@ function chart(parent, { title, xTitle, yTitle, series, log, xlog, say }) {
     : group[k].dash ? { 'stroke-dasharray': group[k].dash } : {};
   for (const group of groups) group.forEach((s, k) => svg.append(element('path', { d: trace(s.x, s.y), fill: 'none', stroke: s.color,
     'stroke-width': s.thin ? 1.5 : 2.5, 'stroke-linejoin': 'round', 'data-arm': s.arm ?? '', ...dashes(group, k) })));
-  const heights = spread(texts.map(({ s }) => py(s.y.at(-1))), gaps, top, bottom0);
+}
+
+// The texts at the ends of curves, each with a line from where its curve ends.
+function drawTexts(svg, { right, top, bottom, px, py }, texts) {
+  const heights = spread(texts.map(({ s }) => py(s.y.at(-1))), texts.map(({ first }) => first ? 18 : 14), top, bottom);
   texts.forEach(({ s, dash, text, value, first, last }, i) => {
-    const end = py(s.y.at(-1)).toFixed(1), y = heights[i];
-    const leader = `M${px(s.x.at(-1)).toFixed(1)} ${end}L${right0 + 5} ${end}L${right0 + 12} ${y.toFixed(1)}L${right0 + 20} ${y.toFixed(1)}`;
+    const end = py(s.y.at(-1)).toFixed(1), y = heights[i].toFixed(1);
+    const leader = `M${px(s.x.at(-1)).toFixed(1)} ${end}L${right + 5} ${end}L${right + 12} ${y}L${right + 20} ${y}`;
     if (first) svg.append(element('path', { d: leader, fill: 'none', stroke: s.color, 'stroke-width': 1.5, 'stroke-dasharray': dash }));
-    svg.append(element('text', { x: right0 + 24, y: y + 4.5, class: 'label strong' }, text, element('tspan', { class: 'soft', dx: 6 }, last ? value : ''), element('title', {}, s.name)));
+    svg.append(element('text', { x: right + 24, y: heights[i] + 4.5, class: 'label strong' }, text,
+      element('tspan', { class: 'soft', dx: 6 }, last ? value : ''), element('title', {}, s.name)));
   });
-  figure.append(svg);
-  if (say) figure.append(element('p', {}, say));
-  probeCurves(svg, { usable, stops: [...new Set(usable.flatMap(s => s.x))].sort((a, b) => a - b), px, py, top, bottom0, what: xTitle.split(',')[0] });
 }
 
 // The values of all curves at one place on the x axis.
-function probeCurves(svg, { usable, stops, px, py, top, bottom0, what }) {
+function probeCurves(svg, { px, py, top, bottom }, usable, what) {
+  const stops = [...new Set(usable.flatMap(s => s.x))].sort((a, b) => a - b);
   const size = () => svg.getBoundingClientRect().width / svg.viewBox.baseVal.width || 1;
   const known = x => usable.map(s => [s, pointAt(s, x)]).filter(([s, i]) => i >= 0 && x <= s.x.at(-1));
   const marks = element('g', { class: 'marks' });
@@ -144,7 +168,7 @@ function probeCurves(svg, { usable, stops, px, py, top, bottom0, what }) {
       marks.replaceChildren();
       if (i === null) return;
       const x = px(stops[i]);
-      marks.append(element('line', { x1: x, x2: x, y1: top, y2: bottom0, class: 'axis' }),
+      marks.append(element('line', { x1: x, x2: x, y1: top, y2: bottom, class: 'axis' }),
         ...known(stops[i]).map(([s, at]) => element('circle', { cx: px(s.x[at]), cy: py(s.y[at]), r: 4, fill: s.color, class: 'dot' })));
     },
     tell: i => {

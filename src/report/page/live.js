@@ -1,8 +1,6 @@
 
 // --- the served page ----------------------------------------------------------------------------------------
 
-const OVER = 'The run has ended; this is its last state.';
-
 // Draws the newest data that the server has sent, unless the reader has paused or does not look.
 function follow() {
   const state = element('output', { id: 'live' });
@@ -26,7 +24,9 @@ function follow() {
     update(next);
     drawn += 1;
     if (!ended) say(`Live: ${where(next)}, at ${new Date().toLocaleTimeString()}.`);
-    if (location.hash === '#selftest') tell('drawn');
+    if (location.hash !== '#selftest') return;
+    tell('drawn');
+    if (drawn === 2) testPause();
   };
   const sayPaused = () => {
     const now = waiting === null ? '' : `; the run is at ${where(JSON.parse(waiting))}`;
@@ -37,7 +37,12 @@ function follow() {
     const frames = data.arms[0].frames ?? data.arms[0].sights.frames;
     const episodes = data.arms[0].episodes;
     console.log('selftest ' + JSON.stringify({ what, drawn, step: frames.at(-1).step, episodes: episodes.at(-1),
-      state: state.value, moments: Number(byId('time').max) + 1, errors }));
+      state: state.value, button: button.textContent, moments: Number(byId('time').max) + 1, errors }));
+  };
+  const testPause = () => {
+    button.click();
+    tell('paused');
+    setTimeout(() => { tell('still'); button.click(); }, 2500);
   };
   source.onopen = () => { failures = 0; };
   source.onmessage = event => { waiting = event.data; draw(); };
@@ -47,21 +52,25 @@ function follow() {
     source.close();
     say('Connection lost: the run is over, or was stopped. This is the last that came.');
   };
+  const finish = () => {
+    button.hidden = true;
+    say('The run has ended; this is its last state.');
+    if (location.hash === '#selftest') tell('end');
+  };
   source.addEventListener('end', () => {
     source.close();
     ended = true;
     draw();
-    say(waiting === null ? OVER : `Paused at ${where(data)}. The run has ended: go on to see its last state.`);
-    button.hidden = waiting === null;
-    if (location.hash === '#selftest') tell('end');
+    if (waiting === null) finish();
+    else say(`Paused at ${where(data)}. The run has ended: go on to see its last state.`);
   });
   button.addEventListener('click', () => {
     button.setAttribute('aria-pressed', !paused());
     button.textContent = paused() ? 'Go on' : 'Pause';
     if (paused()) { sayPaused(); return; }
     draw();
-    say(ended ? OVER : `Live: ${where(data)}.`);
-    button.hidden = ended;
+    if (ended) finish();
+    else say(`Live: ${where(data)}.`);
   });
   document.addEventListener('visibilitychange', draw);
 }

@@ -121,7 +121,8 @@ function drawGrowth() {
   });
   const efforts = (title, yTitle, key, log) => {
     const series = effort(key);
-    if (series.length) chart(parent, { title, ...steps, yTitle, series, log });
+    // Of what never happened there is nothing to see.
+    if (series.some(s => s.y.some(v => v > 0))) chart(parent, { title, ...steps, yTitle, series, log });
   };
   efforts('Products of the eigensolver', 'products in each refresh', 'applications', false);
   efforts('Solves of the eigensolver', 'solves in each refresh', 'solves', false);
