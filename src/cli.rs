@@ -341,10 +341,11 @@ pub enum PotentialChoice {
 /// `eigentrail report`
 #[derive(Args, Debug)]
 pub struct Report {
-    /// Run folders, or folders of run folders: each run is an arm of the page. Or the folder of one comparison
+    /// Run folders, or folders of run folders: each run is an arm of the page, named by what it differs in; runs of several worlds get
+    /// a part for each. Or the folder of one comparison
     #[arg(value_name = "RUN", required = true)]
     pub runs: Vec<PathBuf>,
-    /// Write the page to FILE
+    /// Write the page to FILE, in the place of no file but an earlier page
     #[arg(short, long, value_name = "FILE.html", default_value = "report.html")]
     pub out: PathBuf,
 }
@@ -398,7 +399,7 @@ pub struct Figures {
     /// Seeds of each arm, from 0; at most 10000
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub seeds: u64,
-    /// Write to this file, or with --all into this folder [default: figure.svg, or the folder figures]
+    /// Write to this file, or with --all into this folder, in the place of none but earlier figures [default: figure.svg, or the folder figures]
     #[arg(short, long, value_name = "PATH")]
     pub out: Option<PathBuf>,
 }

@@ -7,7 +7,9 @@ use super::files::read_json;
 use super::names::{self, seed_folder_name, trial_file_name};
 use super::recorded::{RecordedSeed, resolved_scenario};
 use super::trial_record::TrialRecord;
-use crate::scenario::Scenario;
+use crate::scenario::{ArmParams, Scenario};
+use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -27,6 +29,8 @@ pub struct RecordedComparison {
 pub struct RecordedArm {
     /// Its name.
     pub name: String,
+    /// What it is, in one line, if the scenario says so.
+    pub about: Option<String>,
     /// Its scenario, complete.
     pub scenario: Scenario,
     /// The text of it.
@@ -55,9 +59,12 @@ impl RecordedComparison {
         whole(&numbers).map_err(|rule| ArchiveError::damaged(&path, rule))?;
         let path = folder.join(names::ARMS);
         let about = read_json(&path).map_err(|e| ArchiveError::damaged(&path, e.to_string()))?;
+        let mut told = abouts(folder);
         let arms = (numbers.arms.iter())
             .map(|arm| {
-                RecordedArm::read(&folder.join(names::ARMS_FOLDER), &arm.name, &numbers.seeds)
+                let about = told.remove(&arm.name);
+                let folder = folder.join(names::ARMS_FOLDER);
+                RecordedArm::read(&folder, &arm.name, about, &numbers.seeds)
             })
             .collect::<Result<_, _>>()?;
         Ok(Self {
@@ -66,6 +73,20 @@ impl RecordedComparison {
             arms,
         })
     }
+}
+
+/// What the scenario says about arms of its own; nothing if it says nothing.
+fn abouts(folder: &Path) -> BTreeMap<String, String> {
+    #[derive(Default, Deserialize)]
+    #[serde(default)]
+    struct Told {
+        arms: BTreeMap<String, ArmParams>,
+    }
+    let text = fs::read_to_string(folder.join(names::SCENARIO)).unwrap_or_default();
+    let told: Told = toml::from_str(&text).unwrap_or_default();
+    let arms = told.arms.into_iter();
+    arms.filter_map(|(name, arm)| Some((name, arm.about?)))
+        .collect()
 }
 
 /// A comparison has seeds and arms, and the clock's numbers of each arm.
@@ -85,7 +106,12 @@ fn whole(numbers: &Comparison) -> Result<(), String> {
 }
 
 impl RecordedArm {
-    fn read(arms: &Path, name: &str, seeds: &[u64]) -> Result<Self, ArchiveError> {
+    fn read(
+        arms: &Path,
+        name: &str,
+        about: Option<String>,
+        seeds: &[u64],
+    ) -> Result<Self, ArchiveError> {
         let folder = arms.join(name);
         let path = folder.join(names::RESOLVED);
         let resolved =
@@ -103,6 +129,7 @@ impl RecordedArm {
         };
         Ok(Self {
             name: name.to_owned(),
+            about,
             scenario,
             resolved,
             trials,

@@ -2,7 +2,7 @@
 
 use super::observers::EventKeeper;
 use super::runs_for_figures::{SPARSE, run};
-use super::{BadInput, Ending, Interrupted, gallery, require_writable, write_text};
+use super::{BadInput, Ending, Interrupted, gallery, require_replaceable, write_text};
 use crate::cli;
 use crate::output::print;
 use crate::signals;
@@ -34,7 +34,7 @@ pub fn figures(args: &cli::Figures, telemetry: &Telemetry) -> Result<Ending> {
         return gallery::write_all(out, args.seeds, sets, watch);
     };
     let out = args.out.as_deref().unwrap_or(Path::new("figure.svg"));
-    require_writable(Some(out))?;
+    require_replaceable(out)?;
     let runs = TemporaryFolder::create().context("cannot make a folder for the runs")?;
     let load = |sets: &[String]| Scenario::load(scenario, sets).map_err(Error::from);
     let plain: Vec<String> = sets

@@ -19,11 +19,15 @@ mod track;
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::archive::files;
-use eigentrail::report::Ink;
+use eigentrail::report::{Ink, is_ours};
 use eigentrail::telemetry::{self, Telemetry, say};
-use std::io::{self, IsTerminal};
+use std::fs::File;
+use std::io::{self, IsTerminal, Read};
 use std::path::Path;
 use tracing::level_filters::LevelFilter;
+
+/// Bytes that tell whose file it is.
+const HEAD: u64 = 4096;
 
 /// Ending of a command that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,6 +167,27 @@ fn require_writable(path: Option<&Path>) -> Result<()> {
         Ok(_) => Ok(()),
         Err(error) => Err(BadInput(format!("{}: cannot write: {error}", path.display())).into()),
     }
+}
+
+/// The same for a page or a figure, which replaces no file but another one of ours; an empty file holds nothing to lose.
+fn require_replaceable(path: &Path) -> Result<()> {
+    require_writable(Some(path))?;
+    if !path.is_file() {
+        return Ok(());
+    }
+    let mut there = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut there));
+    if let Err(error) = read {
+        return Err(BadInput(format!("{}: cannot read: {error}", path.display())).into());
+    }
+    if there.is_empty() || is_ours(&there) {
+        return Ok(());
+    }
+    let message = format!(
+        "{}: is there already, and eigentrail has not made it; name another file, or remove this one",
+        path.display()
+    );
+    Err(BadInput(message).into())
 }
 
 /// The same for a folder, which need not be there yet.

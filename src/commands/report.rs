@@ -1,6 +1,6 @@
 //! `eigentrail report`
 
-use super::{BadInput, Ending, require_writable, write_text};
+use super::{BadInput, Ending, require_replaceable, write_text};
 use crate::cli;
 use crate::output::print;
 use anyhow::{Result, bail};
@@ -10,7 +10,7 @@ use eigentrail::report::{html_comparison, html_report};
 use std::path::Path;
 
 pub fn report(args: &cli::Report) -> Result<Ending> {
-    require_writable(Some(&args.out))?;
+    require_replaceable(&args.out)?;
     if let Some(comparison) = args.runs.iter().find(|path| is_comparison(path)) {
         if args.runs.len() > 1 {
             bail!(BadInput(format!(

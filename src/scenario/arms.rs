@@ -94,7 +94,12 @@ impl ArmParams {
     }
 }
 
-fn flatten_into(flat: &mut BTreeMap<String, toml::Value>, key: String, value: toml::Value) {
+/// Puts a value into `flat`, those of a table by their keys with dots.
+pub(super) fn flatten_into(
+    flat: &mut BTreeMap<String, toml::Value>,
+    key: String,
+    value: toml::Value,
+) {
     match value {
         toml::Value::Table(table) => {
             for (inner, value) in table {

@@ -107,7 +107,7 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "report-alg2",
-        "the same with Algorithm 2",
+        "as `report`, with Algorithm 2",
         actor_critic!(
             "report",
             "none",
@@ -156,12 +156,12 @@ pub const BUILT_IN_ARMS: &[BuiltInArm] = &[
     ),
     arm(
         "actor-critic-shaped",
-        "the same without look-ahead advice",
+        "a plain actor-critic with shaped reward, without look-ahead advice, frontier exploration",
         searching_actor_critic!("exploration.potential_advice=0"),
     ),
     arm(
         "actor-critic-unshaped",
-        "the same without shaped reward either",
+        "a plain actor-critic without shaped reward and without look-ahead advice, frontier exploration",
         searching_actor_critic!("exploration.potential_advice=0", "shaping.mix=0"),
     ),
     arm(

@@ -17,6 +17,7 @@
 //! | `[run]` | how long | [`RunParams`] |
 //! | `[arms.NAME]` | what to compare, beside the built-in arms | [`ArmParams`] |
 
+mod action_names;
 mod arms;
 mod built_in_arms;
 mod document;
@@ -188,6 +189,16 @@ impl Scenario {
     /// The scenario as TOML with every default written out.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a scenario is made of what TOML can hold")
+    }
+
+    /// The value of every key that has one, by its name with dots: `agent.gamma`.
+    pub fn settings(&self) -> BTreeMap<String, toml::Value> {
+        let whole = toml::Value::try_from(self).expect("a scenario is made of what TOML can hold");
+        let mut settings = BTreeMap::new();
+        for (section, value) in whole.as_table().into_iter().flatten() {
+            arms::flatten_into(&mut settings, section.clone(), value.clone());
+        }
+        settings
     }
 
     /// The JSON Schema of scenario files.

@@ -41,7 +41,12 @@ pub fn comparison_page(folder: &Path) -> PathBuf {
     let out = folder.join("comparison");
     eigentrail()
         .args(["compare", "four_rooms", "-q", "--seeds", "0..4"])
-        .args(["--arms", "sparse,gcn,planner", "--set", "run.episodes=60"])
+        .args([
+            "--arms",
+            "sparse,gcn,no-advice,planner",
+            "--set",
+            "run.episodes=60",
+        ])
         .arg("--out")
         .arg(&out)
         .assert()
@@ -50,7 +55,6 @@ pub fn comparison_page(folder: &Path) -> PathBuf {
 }
 
 /// A run on a ring of eight states with a way off it, which is no grid.
-#[allow(dead_code, reason = "tests/outside has use for it")]
 pub fn graph_page(folder: &Path) -> PathBuf {
     let mut rows = String::from("from,action,to\n");
     for i in 0..8 {

@@ -36,6 +36,23 @@ pub fn a_browser_follows_a_run_through(browser: &str) {
     assert!(steps.len() >= 3, "{seen:?}");
     assert!(steps.windows(2).all(|pair| pair[0] <= pair[1]), "{steps:?}");
     assert!(steps[0] < steps[steps.len() - 1], "{steps:?}");
+    let told = |what: &str| seen.iter().find(|told| told["what"] == what).unwrap();
+    let (paused, still) = (told("paused"), told("still"));
+    for told in [paused, still] {
+        let state = told["state"].as_str().unwrap();
+        assert!(state.starts_with("Paused at step "), "{state}");
+        assert_eq!(told["button"], "Go on");
+    }
+    assert_eq!(
+        paused["drawn"], still["drawn"],
+        "nothing is drawn meanwhile"
+    );
+    assert_eq!(paused["step"], still["step"]);
+    let begun = seen[0]["state"].as_str().unwrap();
+    assert!(
+        begun.starts_with("Live: step ") && begun.contains("ended, at"),
+        "{begun}"
+    );
     let last = seen.last().unwrap();
     assert_eq!(last["errors"], serde_json::json!([]));
     assert_eq!(last["state"], "The run has ended; this is its last state.");

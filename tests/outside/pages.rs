@@ -21,6 +21,7 @@ fn open(
         .args(["--headless=new", "--no-sandbox", "--disable-gpu"])
         .args(["--no-first-run", "--disable-background-networking"])
         .args(["--enable-logging=stderr", "--hide-scrollbars"])
+        .arg("--virtual-time-budget=3000")
         .arg(format!("--window-size={width},{}", 4 * width.max(900)))
         .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
         .arg(format!("--user-data-dir={}", profile.display()))
@@ -30,8 +31,29 @@ fn open(
         .unwrap()
 }
 
+/// The narrowest window that Chromium has.
+const NARROWEST: u32 = 500;
+
+/// The address of a page as it is in a window of this width: below the narrowest one in a frame, whose page hands on what the page in it
+/// has seen.
+fn address(folder: &Path, page: &Path, hash: &str, width: u32) -> String {
+    let page = format!("file://{}{hash}", page.display());
+    if width >= NARROWEST {
+        return page;
+    }
+    let frame = folder.join("frame.html");
+    let html = format!(
+        "<!doctype html><meta charset=utf-8><meta name=color-scheme content='light dark'><body style='margin:0'>\
+         <iframe src='{page}' style='width:{width}px;height:6000px;border:0'></iframe><pre id=\"selftest\"></pre>\
+         <script>onmessage = event => {{ document.getElementById('selftest').textContent = event.data }}</script>"
+    );
+    std::fs::write(&frame, html).unwrap();
+    format!("file://{}", frame.display())
+}
+
 /// Pictures of a page on a desktop and on a phone, for people to look at.
-fn take_screenshots(browser: &str, profile: &Path, page: &Path, name: &str) {
+fn take_screenshots(browser: &str, work: &Path, page: &Path, name: &str) {
+    let profile = work.join("profile");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/screenshots");
     std::fs::create_dir_all(&folder).unwrap();
     for (width, dark) in [(1280, false), (1280, true), (390, false)] {
@@ -39,8 +61,8 @@ fn take_screenshots(browser: &str, profile: &Path, page: &Path, name: &str) {
         let picture = folder.join(format!("{name}-{width}-{ground}.png"));
         let _ = std::fs::remove_file(&picture);
         let option = format!("--screenshot={}", picture.display());
-        let address = format!("file://{}", page.display());
-        open(browser, profile, width, dark, &option, &address);
+        let address = address(work, page, "", width);
+        open(browser, &profile, width, dark, &option, &address);
         // A blank picture of this size compresses to a few kilobytes.
         let bytes = std::fs::metadata(&picture).unwrap().len();
         assert!(bytes > 40_000, "{}: {bytes} bytes", picture.display());
@@ -48,9 +70,10 @@ fn take_screenshots(browser: &str, profile: &Path, page: &Path, name: &str) {
 }
 
 /// Lets a page operate itself, and returns what it saw.
-fn self_test(browser: &str, profile: &Path, page: &Path, width: u32) -> serde_json::Value {
-    let address = format!("file://{}#selftest", page.display());
-    let output = open(browser, profile, width, false, "--dump-dom", &address);
+fn self_test(browser: &str, work: &Path, page: &Path, width: u32) -> serde_json::Value {
+    let address = address(work, page, "#selftest", width);
+    let profile = work.join("profile");
+    let output = open(browser, &profile, width, false, "--dump-dom", &address);
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(!messages.contains("CONSOLE"), "{messages}");
     let dom = String::from_utf8_lossy(&output.stdout);
@@ -59,10 +82,10 @@ fn self_test(browser: &str, profile: &Path, page: &Path, width: u32) -> serde_js
     serde_json::from_str(result.unwrap_or("null")).unwrap()
 }
 
-fn assert_works(browser: &str, folder: &Path, page: &Path, name: &str) {
-    let profile = folder.join("profile");
-    for width in [1280, 390] {
-        let result = self_test(browser, &profile, page, width);
+/// What the page saw on a desktop, if all is well there and on a phone.
+fn assert_works(browser: &str, folder: &Path, page: &Path, name: &str) -> serde_json::Value {
+    let results = [390, 1280].map(|width| {
+        let result = self_test(browser, folder, page, width);
         for fact in [
             "sliderStartsAtTheEnd",
             "sliderMoves",
@@ -72,6 +95,10 @@ fn assert_works(browser: &str, folder: &Path, page: &Path, name: &str) {
             "updateKeepsArmsOff",
             "armComesBack",
             "axisSwitches",
+            "curvesHaveLabels",
+            "labelsAreFree",
+            "pointerTells",
+            "keysTell",
             "figuresHaveText",
             "numbersAreFinite",
             "fitsWidth",
@@ -80,8 +107,11 @@ fn assert_works(browser: &str, folder: &Path, page: &Path, name: &str) {
             assert_eq!(result[fact], true, "{name}, {width}: {fact}: {result}");
         }
         assert_eq!(result["errors"], serde_json::json!([]), "{result}");
-    }
-    take_screenshots(browser, &profile, page, name);
+        result
+    });
+    take_screenshots(browser, folder, page, name);
+    let [_, desktop] = results;
+    desktop
 }
 
 pub fn the_page_of_runs_works_in_a_browser(browser: &str) {
@@ -92,16 +122,27 @@ pub fn the_page_of_runs_works_in_a_browser(browser: &str) {
 pub fn the_page_of_a_comparison_works_in_a_browser(browser: &str) {
     let folder = tempfile::tempdir().unwrap();
     let page = comparison_page(folder.path());
-    assert_works(browser, folder.path(), &page, "compare");
+    let seen = assert_works(browser, folder.path(), &page, "compare");
+    // Without advice to leave out the two arms are one, and neither may hide the other.
+    assert_eq!(seen["twins"], serde_json::json!(["= no-advice"]));
 }
 
 pub fn the_page_of_a_graph_works_in_a_browser(browser: &str) {
     let folder = tempfile::tempdir().unwrap();
-    assert_works(browser, folder.path(), &graph_page(folder.path()), "graph");
+    let seen = assert_works(browser, folder.path(), &graph_page(folder.path()), "graph");
+    let policy = seen["policy"].as_str().unwrap();
+    let states = seen["states"].to_string();
+    assert!(
+        policy.starts_with("s0") && policy.contains("leads to"),
+        "{policy}"
+    );
+    assert!(
+        states.contains("s4") && states.contains("offgoal"),
+        "{states}"
+    );
 }
 
 pub fn the_figures_fit_into_a_browser(browser: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let profile = folder.path().join("profile");
-    take_screenshots(browser, &profile, &figures(folder.path()), "figures");
+    take_screenshots(browser, folder.path(), &figures(folder.path()), "figures");
 }

@@ -1,11 +1,11 @@
 //! The pages of runs, comparisons and figures; tests/outside opens them in a browser.
 
-use crate::runs::{comparison_page, eigentrail, figures, run_page};
+use crate::runs::{comparison_page, eigentrail, figures, graph_page, run_page};
 use eigentrail::archive::{
     EpisodeRow, PolicyRow, RecordedRun, RecordedSeed, SeedResult, SeedTiming, Snapshot, Summary,
 };
 use eigentrail::report::html_report;
-use eigentrail::scenario::Scenario;
+use eigentrail::scenario::{BUILT_IN_ARMS, Scenario};
 use std::path::Path;
 
 /// A page below this many bytes can be mailed.
@@ -138,6 +138,217 @@ fn a_comparison_leaves_a_page_with_its_numbers() {
         .assert()
         .success();
     assert!(!page.exists());
+}
+
+/// Runs a scenario for a few episodes into a folder.
+fn short_run(scenario: &str, out: &Path, sets: &[&str]) {
+    let mut command = eigentrail();
+    command.args(["run", scenario, "-q", "--no-report"]);
+    command.args(["--set", "run.episodes=8", "--out"]).arg(out);
+    for set in sets {
+        command.args(["--set", set]);
+    }
+    command.assert().success();
+}
+
+/// The data of a page about these runs.
+fn page_of(folder: &Path, runs: &[&str]) -> serde_json::Value {
+    let page = folder.join("page.html");
+    let mut command = eigentrail();
+    command
+        .arg("report")
+        .args(runs.iter().map(|run| folder.join(run)));
+    command.arg("-o").arg(&page).assert().success();
+    data(&std::fs::read_to_string(page).unwrap())
+}
+
+#[test]
+fn runs_are_named_by_what_they_differ_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    short_run("four_rooms", &path.join("one"), &[]);
+    short_run("four_rooms", &path.join("two"), &["agent.gamma=0.9"]);
+    let page = page_of(path, &["one", "two"]);
+    let told = |i: usize| {
+        let arm = &page["arms"][i];
+        [&arm["name"], &arm["label"], &arm["facts"][0][1]]
+            .map(|text| text.as_str().unwrap().to_owned())
+    };
+    assert_eq!(
+        told(0),
+        ["four-rooms · agent.gamma=1.0", "gamma=1.0", "one"]
+    );
+    assert_eq!(
+        told(1),
+        ["four-rooms · agent.gamma=0.9", "gamma=0.9", "two"]
+    );
+    assert_eq!(page_of(path, &["two"])["arms"][0]["name"], "two");
+}
+
+#[test]
+fn runs_of_different_worlds_do_not_share_a_chart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    short_run("four_rooms", &path.join("rooms"), &[]);
+    short_run("spiral", &path.join("spiral"), &[]);
+    short_run("four_rooms", &path.join("short"), &["agent.gamma=0.9"]);
+    let page = page_of(path, &["rooms", "spiral", "short"]);
+    assert_eq!(page["title"], "four-rooms");
+    assert_eq!(page["arms"].as_array().unwrap().len(), 2);
+    let [other] = page["others"].as_array().unwrap().as_slice() else {
+        panic!("{}", page["others"]);
+    };
+    assert_eq!(other["title"], "spiral");
+    assert_eq!(other["arms"].as_array().unwrap().len(), 1);
+    assert_eq!(other["arms"][0]["name"], "spiral");
+}
+
+#[test]
+fn states_and_actions_keep_the_names_of_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let html = std::fs::read_to_string(graph_page(folder.path())).unwrap();
+    let page = data(&html);
+    let sights = &page["arms"][0]["sights"];
+    assert_eq!(sights["actions"], serde_json::json!(["on", "back", "off"]));
+    assert_eq!(sights["names"][0], "s0");
+    let names = sights["names"].as_array().unwrap();
+    let place = |name: &str| names.iter().position(|known| known == name).unwrap();
+    let held = &sights["greedy"][place("s4")];
+    assert_eq!(held, 2, "the action that leaves the ring");
+    assert_eq!(sights["next"][place("s4")], place("goal"));
+}
+
+#[test]
+fn without_shaping_there_is_nothing_to_be_valid() {
+    let folder = tempfile::tempdir().unwrap();
+    let none = ["shaping.potential=none"];
+    let unmixed = ["shaping.mix=0"];
+    for (name, sets) in [("none", &none[..]), ("unmixed", &unmixed), ("shaped", &[])] {
+        short_run("four_rooms", &folder.path().join(name), sets);
+        let page = page_of(folder.path(), &[name]);
+        let checks = page["arms"][0]["checks"].as_array().unwrap();
+        let verdicts = checks.iter().filter(|check| !check["holds"].is_null());
+        let expected = if name == "shaped" { 2 } else { 0 };
+        assert_eq!(verdicts.count(), expected, "{name}: {checks:?}");
+        let says_so = checks[0]["detail"].as_str().unwrap();
+        assert_eq!(says_so.starts_with("not applicable"), name != "shaped");
+    }
+}
+
+#[test]
+fn arms_are_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = folder.path().join("own.toml");
+    let text = "[run]\nepisodes = 5\n[arms.steep]\nbase = \"gcn\"\nabout = \"a steeper one\"\n\
+                \"shaping.scale_factor\" = 8.0\n[arms.mute]\n\"agent.gamma\" = 0.9\n";
+    std::fs::write(&scenario, text).unwrap();
+    let out = folder.path().join("comparison");
+    eigentrail()
+        .args([
+            "compare",
+            "-q",
+            "--seeds",
+            "0",
+            "--arms",
+            "sparse,steep,mute",
+        ])
+        .arg(&scenario)
+        .arg("--out")
+        .arg(&out)
+        .assert()
+        .success();
+    let page = data(&std::fs::read_to_string(out.join("report.html")).unwrap());
+    let sparse = BUILT_IN_ARMS.iter().find(|arm| arm.name == "sparse");
+    let abouts = [sparse.unwrap().about, "a steeper one", "agent.gamma=0.9"];
+    for (arm, about) in page["arms"].as_array().unwrap().iter().zip(abouts) {
+        assert_eq!(arm["about"], about);
+    }
+}
+
+#[test]
+fn only_our_own_pages_and_figures_are_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    short_run("four_rooms", &path.join("run"), &[]);
+    let (page, figure) = (path.join("page.html"), path.join("figure.svg"));
+    let gallery = path.join("figures");
+    std::fs::create_dir(&gallery).unwrap();
+    let report = || {
+        let mut command = eigentrail();
+        command
+            .arg("report")
+            .arg(path.join("run"))
+            .arg("-o")
+            .arg(&page);
+        command.assert()
+    };
+    let figures = |what: &str, out: &Path| {
+        let mut command = eigentrail();
+        command.args([
+            "figures",
+            what,
+            "-q",
+            "--seeds",
+            "1",
+            "--set",
+            "run.episodes=3",
+            "-o",
+        ]);
+        command.arg(out).assert()
+    };
+    for theirs in [&page, &figure, &gallery.join("fig7.svg")] {
+        std::fs::write(theirs, "<html>my notes</html>").unwrap();
+    }
+    for refused in [
+        report(),
+        figures("four_rooms", &figure),
+        figures("--all", &gallery),
+    ] {
+        let refused = refused.code(3).get_output().stderr.clone();
+        let said = String::from_utf8(refused).unwrap();
+        assert!(
+            said.contains("eigentrail has not made it; name another file"),
+            "{said}"
+        );
+    }
+    for theirs in [&page, &figure, &gallery.join("fig7.svg")] {
+        let kept = std::fs::read_to_string(theirs).unwrap();
+        assert_eq!(kept, "<html>my notes</html>");
+        std::fs::write(theirs, "").unwrap();
+    }
+    // What is empty holds nothing, and what is ours is replaced.
+    for _ in 0..2 {
+        report().success();
+        figures("four_rooms", &figure).success();
+    }
+    assert!(
+        std::fs::read_to_string(&page)
+            .unwrap()
+            .contains("made by eigentrail")
+    );
+    assert!(
+        std::fs::read_to_string(&figure)
+            .unwrap()
+            .contains("made by eigentrail")
+    );
+}
+
+#[test]
+fn the_overview_has_one_scale_and_ends_at_its_data() {
+    let folder = tempfile::tempdir().unwrap();
+    let figure = folder.path().join("figure.svg");
+    eigentrail()
+        .args(["figures", "four_rooms", "-q", "--seeds", "2"])
+        .args(["--set", "run.episodes=37", "-o"])
+        .arg(&figure)
+        .assert()
+        .success();
+    let svg = std::fs::read_to_string(figure).unwrap();
+    let shades = svg.matches(r#"height="9" shape-rendering"#).count();
+    assert_eq!(shades, 64, "one bar of colours");
+    assert!(svg.contains(">37</text>"), "the last episode is marked");
+    // At 390 pixels letters of 20 in 760 are as high as 10.
+    assert!(svg.contains("text{font-size:20px}") && svg.contains("viewBox=\"0 0 760 "));
 }
 
 /// 300 × 300 cells, 30 moments, 100 000 episodes.

@@ -42,10 +42,15 @@ pub struct Figure {
     pub svg: String,
 }
 
+/// Height of letters: large, for on a phone the figures are half as wide.
+const LETTERS: f64 = 20.0;
 /// Side of a map, gap, upper edge of panels, in pixels.
 const MAP: f64 = 340.0;
 const GAP: f64 = 60.0;
 const TOP: f64 = 34.0;
+/// Width of a figure, height of a chart.
+const WIDTH: f64 = 2.0 * MAP + GAP + 12.0;
+const CHART: f64 = 330.0;
 
 /// All of them, in order. Equal runs give equal bytes.
 ///
@@ -65,7 +70,7 @@ pub fn counterparts(runs: &PaperRuns) -> Vec<Figure> {
 fn fig4(run: &RecordedRun) -> Figure {
     let (layout, seed) = (layout(run), &run.seeds[0]);
     let last = seed.snapshots.last().map_or((0, 0), |s| (s.nodes, s.edges));
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     drawing.graph_panel(&layout, frame(0), "The grid as a graph", seed);
     figure(
         4,
@@ -84,11 +89,11 @@ fn fig4(run: &RecordedRun) -> Figure {
 
 fn fig5(run: &RecordedRun) -> Figure {
     let (layout, seed) = (layout(run), &run.seeds[0]);
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     drawing.map_panel(
         &layout,
         frame(0),
-        "(a) Reward of a step from here (eq. 2)",
+        "(a) Reward of a step (eq. 2)",
         &rewards(&layout, seed),
     );
     drawing.map_panel(
@@ -108,7 +113,7 @@ fn fig5(run: &RecordedRun) -> Figure {
 }
 
 fn fig6(small: &RecordedRun, large: &RecordedRun) -> Figure {
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     for (i, (run, letter)) in [(small, "a"), (large, "b")].into_iter().enumerate() {
         let layout = layout(run);
         let title = format!(
@@ -133,7 +138,7 @@ fn fig6(small: &RecordedRun, large: &RecordedRun) -> Figure {
 }
 
 fn fig7(two: &RecordedRun, centre: &RecordedRun) -> Figure {
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     let panels = [(two, "(a) Two goals"), (centre, "(b) A goal in the middle")];
     for (i, (run, title)) in panels.into_iter().enumerate() {
         let layout = layout(run);
@@ -151,21 +156,17 @@ fn fig7(two: &RecordedRun, centre: &RecordedRun) -> Figure {
 }
 
 fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     let regret = [shaped, sparse].map(|run| Curve::over(run, |row| row.regret));
     let steps =
         [shaped, sparse].map(|run| Curve::over(run, |row| row.length as f64 / row.episodes as f64));
-    let (right, bottom) = (960.0, 360.0);
-    drawing.versus_panel(
-        [76.0, 44.0, 460.0, bottom],
-        "(a) Regret ρ (reward)",
-        regret.each_ref(),
-    );
-    drawing.versus_panel(
-        [576.0, 44.0, right, bottom],
-        "(b) Steps to the goal",
-        steps.each_ref(),
-    );
+    let panels = [
+        ("(a) Regret ρ (reward)", &regret),
+        ("(b) Steps to the goal", &steps),
+    ];
+    for (i, (title, curves)) in panels.into_iter().enumerate() {
+        drawing.versus_panel(chart(i as f64 * CHART), title, curves.each_ref());
+    }
     figure(
         8,
         format!(
@@ -178,7 +179,7 @@ fn fig8([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         ),
         &["fig8_learning"],
         drawing,
-        (right + 14.0, bottom + 50.0),
+        (WIDTH, 2.0 * CHART),
     )
 }
 
@@ -187,22 +188,17 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
     // φ has the most to show where most of the map is known.
     let seed = shaped.seeds.iter().max_by_key(|seed| seed.labels.len());
     let seed = seed.expect("a recorded run has seeds");
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     drawing.map_panel(&layout, frame(0), "(a) Four linked grids", &HashMap::new());
     drawing.map_panel(
         &layout,
         frame(1),
-        "(b) Potential φ, where discovered",
+        "(b) Potential φ, discovered",
         &potential(&layout, seed),
     );
     let regret = [shaped, sparse].map(|run| Curve::over(run, |row| row.regret));
-    let left = 2.0 * (MAP + GAP) + 76.0;
-    let (right, bottom) = (left + 400.0, TOP + MAP);
-    drawing.versus_panel(
-        [left, 44.0, right, bottom],
-        "(c) Regret ρ (reward)",
-        regret.each_ref(),
-    );
+    let (width, maps) = two_maps();
+    drawing.versus_panel(chart(maps), "(c) Regret ρ (reward)", regret.each_ref());
     figure(
         9,
         format!(
@@ -214,7 +210,7 @@ fn fig9([shaped, sparse]: &[RecordedRun; 2]) -> Figure {
         ),
         &["fig9_linked_grids"],
         drawing,
-        (right + 14.0, bottom + 50.0),
+        (width, maps + CHART),
     )
 }
 
@@ -243,8 +239,14 @@ fn frame(i: usize) -> Frame {
     }
 }
 
+/// Width and height of two maps with their scales.
 fn two_maps() -> (f64, f64) {
-    (2.0 * MAP + GAP + 12.0, TOP + MAP + 48.0)
+    (WIDTH, TOP + MAP + 56.0)
+}
+
+/// Edges of a chart of the whole width, its title included, that begins at `y`.
+fn chart(y: f64) -> [f64; 4] {
+    [84.0, y + 44.0, WIDTH - 205.0, y + CHART - 66.0]
 }
 
 fn layout(run: &RecordedRun) -> Layout {

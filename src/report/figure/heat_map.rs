@@ -70,6 +70,7 @@ impl Drawing {
             }
         }
         self.body.push_str("</g>\n");
+        let letters = self.letters;
         let start = layout.start.map(|cell| (cell, "S"));
         for (cell, mark) in start
             .into_iter()
@@ -82,12 +83,12 @@ impl Drawing {
             // Whole letters, also where a cell is smaller than one.
             self.text(
                 (x + side / 2.0)
-                    .max(frame.x + 6.0)
-                    .min(frame.x + wide - 6.0),
+                    .max(frame.x + letters * 0.46)
+                    .min(frame.x + wide - letters * 0.46),
                 (y + side / 2.0)
-                    .max(frame.y + 7.0)
-                    .min(frame.y + high - 7.0)
-                    + 4.5,
+                    .max(frame.y + letters * 0.54)
+                    .min(frame.y + high - letters * 0.54)
+                    + letters * 0.35,
                 Anchor::Middle,
                 "on",
                 mark,

@@ -2,6 +2,7 @@
 
 use super::counterparts::Figure;
 use super::escaped;
+use crate::report::marker::MARKER;
 use std::fmt::Write;
 
 const STYLE: &str = "
@@ -10,7 +11,7 @@ body{margin:0 auto;max-width:1100px;padding:28px 20px 60px;font:16px/1.55 system
 h1{font-size:32px;letter-spacing:-.02em;margin:0 0 6px}figure{margin:26px 0;padding:22px 26px;background:#fff;border:1px solid #d8dee4;border-radius:10px}
 svg{display:block;max-width:100%;height:auto;margin:0 auto}figcaption{margin-top:14px}code{font-size:13px;color:#59636e}
 @media(prefers-color-scheme:dark){body{background:#0d1117;color:#f0f6fc}figure{background:#151b23;border-color:#30363d}code{color:#a3acb6}}
-@media(max-width:500px){figure{padding:14px}body{padding:18px 12px}}
+@media(max-width:600px){figure{padding:14px}body{padding:18px 12px}h1{font-size:26px}code{overflow-wrap:anywhere}}
 ";
 
 /// The page, for a folder that holds each picture as `fig4.svg`, `fig5.svg` … too.
@@ -30,6 +31,7 @@ pub fn figures_page(figures: &[Figure]) -> String {
     }
     format!(
         r#"<!doctype html>
+{MARKER}
 <html lang="en">
 <head>
 <meta charset="utf-8">

@@ -11,12 +11,15 @@ pub use counterparts::{Figure, PaperRuns, counterparts};
 pub use index::figures_page;
 pub use overview::overview;
 
+use super::marker::MARKER;
 use std::fmt::Write;
 
 /// An SVG under construction: coordinates in pixels, y downwards.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Drawing {
     body: String,
+    /// Height of letters.
+    letters: f64,
 }
 
 /// Where a text stands relative to its point.
@@ -28,6 +31,12 @@ enum Anchor {
 }
 
 impl Drawing {
+    /// A blank one with letters of this height.
+    fn new(letters: f64) -> Self {
+        let body = String::new();
+        Self { body, letters }
+    }
+
     /// `class` is one of the style sheet's below.
     fn text(&mut self, x: f64, y: f64, anchor: Anchor, class: &str, text: &str) {
         let anchor = match anchor {
@@ -62,11 +71,15 @@ impl Drawing {
     /// The whole file.
     fn finish(self, width: f64, height: f64, title: &str, description: &str) -> String {
         let (title, description, body) = (escaped(title), escaped(description), self.body);
+        let (letters, heading) = (self.letters, self.letters * 1.1);
         format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img">
+{MARKER}
 <title>{title}</title>
 <desc>{description}</desc>
-<style>{STYLE}</style>
+<style>
+text{{font-size:{letters}px}}
+.h{{font-size:{heading:.1}px;font-weight:600}}{STYLE}</style>
 {body}</svg>
 "#
         )
@@ -75,8 +88,8 @@ impl Drawing {
 
 /// Okabe–Ito blue and vermilion; a little lighter on dark ground.
 const STYLE: &str = "
-text{font:13px system-ui,-apple-system,'Segoe UI',Helvetica,Arial,sans-serif;fill:#59636e}
-.h{font-size:15px;font-weight:600;fill:#1f2328}.on{font-weight:700;fill:#fff;stroke:#000;stroke-width:2.5px;paint-order:stroke}
+text{font-family:system-ui,-apple-system,'Segoe UI',Helvetica,Arial,sans-serif;fill:#59636e}
+.h{fill:#1f2328}.on{font-weight:700;fill:#fff;stroke:#000;stroke-width:2.5px;paint-order:stroke}
 .grid{stroke:#d1d9e0}.axis{stroke:#818b98}.wall{fill:#8c959f}.unseen{fill:#eaeef2}
 .edge{stroke:#818b98;stroke-width:2}.state{fill:#e6eaef;stroke:#818b98}.start{fill:#0072b2}.goal{fill:#d55e00}.in{fill:#1f2328;font-weight:600}.start+.in,.goal+.in{fill:#fff}
 .a{fill:none;stroke:#0072b2;stroke-width:2.5}.b{fill:none;stroke:#d55e00;stroke-width:2.5}

@@ -1,6 +1,6 @@
 //! One scenario at a glance: φ at four moments while the graph grows, and the regret against learning without it.
 
-use super::curves::{Curve, LogChart};
+use super::curves::Curve;
 use super::heat_map::Frame;
 use super::{Anchor, Drawing};
 use crate::archive::Snapshot;
@@ -10,10 +10,16 @@ use crate::report::grouped;
 use crate::report::terminal::whole;
 use std::collections::HashMap;
 
-const WIDTH: f64 = 960.0;
-const HEIGHT: f64 = 590.0;
-const MAP: f64 = 208.0;
-const GAP: f64 = 30.0;
+/// Letters are large, for on a phone the figure is half as wide.
+const LETTERS: f64 = 20.0;
+const WIDTH: f64 = 760.0;
+const HEIGHT: f64 = 680.0;
+const EDGE: f64 = 6.0;
+const GAP: f64 = 20.0;
+/// Side of one of four maps.
+const MAP: f64 = (WIDTH - 2.0 * EDGE - 3.0 * GAP) / 4.0;
+/// Upper edge of the maps.
+const TOP: f64 = 40.0;
 
 /// The figure as SVG: maps of the seed of `shaped` that met its goal with the fewest states known, because its φ has
 /// the most to grow; regret over all seeds of both runs.
@@ -21,7 +27,7 @@ const GAP: f64 = 30.0;
 /// # Panics
 /// If a run has no seeds; [`RecordedRun::read`] never returns such a one.
 pub fn overview(layout: &Layout, shaped: &RecordedRun, sparse: &RecordedRun) -> String {
-    let mut drawing = Drawing::default();
+    let mut drawing = Drawing::new(LETTERS);
     let first_fit = |seed: &&RecordedSeed| {
         let fitted = seed.snapshots.iter().find(|s| is_fitted(s));
         fitted.map_or(usize::MAX, |snapshot| snapshot.nodes)
@@ -52,28 +58,36 @@ fn draw_moments(drawing: &mut Drawing, layout: &Layout, seed: &RecordedSeed) {
         "Potential φ on the graph discovered so far (seed {})",
         seed.seed
     );
-    drawing.text(6.0, 16.0, Anchor::Start, "h", &title);
-    for (i, snapshot) in moments(&seed.snapshots).into_iter().enumerate() {
-        let (low, high) = range(&snapshot.potential);
+    drawing.text(EDGE, 24.0, Anchor::Start, "h", &title);
+    let moments = moments(&seed.snapshots);
+    // One scale for all of them, so that equal colours are equal values.
+    let ranges = moments.iter().map(|snapshot| range(&snapshot.potential));
+    let whole = ranges.reduce(|(low, high), (l, h)| (low.min(l), high.max(h)));
+    let Some(whole) = whole else { return };
+    for (i, snapshot) in moments.into_iter().enumerate() {
         let frame = Frame {
-            x: i as f64 * (MAP + GAP) + 6.0,
-            y: 32.0,
+            x: i as f64 * (MAP + GAP) + EDGE,
+            y: TOP,
             size: MAP,
         };
-        drawing.heat_map(layout, frame, (low, high), |cell| {
+        drawing.heat_map(layout, frame, whole, |cell| {
             let state = *cells.get(&cell)?;
             snapshot.potential.get(state).map(|&phi| f64::from(phi))
         });
-        let caption = format!(
-            "step {} · {} states",
-            grouped(snapshot.step),
-            grouped(snapshot.nodes as u64)
-        );
         let middle = frame.x + MAP / 2.0;
-        let scale = format!("φ from {low:.0} (violet) to {high:.0} (yellow)");
-        drawing.text(middle, frame.y + MAP + 20.0, Anchor::Middle, "", &caption);
-        drawing.text(middle, frame.y + MAP + 38.0, Anchor::Middle, "", &scale);
+        let lines = [
+            format!("step {}", grouped(snapshot.step)),
+            format!("{} states", grouped(snapshot.nodes as u64)),
+        ];
+        for (line, text) in lines.iter().enumerate() {
+            let y = frame.y + MAP + LETTERS * (1.2 + 1.2 * line as f64);
+            drawing.text(middle, y, Anchor::Middle, "", text);
+        }
     }
+    let y = TOP + MAP + 3.2 * LETTERS;
+    drawing.color_bar(EDGE, y, WIDTH - 2.0 * EDGE, whole);
+    let below = y + 12.0 + LETTERS;
+    drawing.text(WIDTH / 2.0, below, Anchor::Middle, "", "φ");
 }
 
 /// Four frames at equal distances in discovered states, from the first that has a potential to the last.
@@ -121,34 +135,13 @@ fn range(values: &[f32]) -> (f64, f64) {
 
 fn draw_regret(drawing: &mut Drawing, shaped: &RecordedRun, sparse: &RecordedRun) {
     let curves = [shaped, sparse].map(regret);
-    let episodes = curves.iter().map(Curve::num_episodes).max().unwrap_or(1);
-    let highest = curves.iter().flat_map(|curve| &curve.band.high);
-    let highest = highest.copied().fold(10.0, f64::max);
-    let values = curves.iter().flat_map(|curve| &curve.band.middle);
-    let lowest = values.copied().filter(|&v| v > 0.0);
-    let lowest = lowest.fold(f64::INFINITY, f64::min);
-    let chart = LogChart {
-        edges: [76.0, 330.0, 800.0, 540.0],
-        x: (0.0, libm::log10(episodes as f64)),
-        y: (
-            libm::log10(lowest.min(highest / 10.0)).floor(),
-            libm::log10(highest).ceil(),
-        ),
+    let seeds = match shaped.seeds.len() {
+        1 => "one seed".to_owned(),
+        seeds => format!("mean of {seeds} seeds with 95 % intervals"),
     };
-    let seeds = shaped.seeds.len();
-    let band = if seeds > 1 {
-        ", with 95 % intervals"
-    } else {
-        ""
-    };
-    let title =
-        format!("Regret: reward lost against the best policy (mean of {seeds} seeds{band})");
-    drawing.log_axes(&chart, "episode", &title);
-    for (curve, class, name) in [(1, "b", "actor-critic alone"), (0, "a", "eigentrail")] {
-        let (x, y) = drawing.band(&chart, &curves[curve], class);
-        let class = format!("{class}t");
-        drawing.text(x + 8.0, y + 4.5, Anchor::Start, &class, name);
-    }
+    let (right, bottom) = (WIDTH - 210.0, HEIGHT - 64.0);
+    let title = format!("Regret in reward, {seeds}");
+    drawing.versus_panel([84.0, 384.0, right, bottom], &title, curves.each_ref());
 }
 
 fn regret(run: &RecordedRun) -> Curve {

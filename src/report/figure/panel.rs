@@ -47,7 +47,8 @@ impl Drawing {
         }
     }
 
-    fn color_bar(&mut self, x: f64, y: f64, width: f64, (low, high): (f64, f64)) {
+    /// The colours from `low` to `high`, with these numbers below.
+    pub(super) fn color_bar(&mut self, x: f64, y: f64, width: f64, (low, high): (f64, f64)) {
         let step = width / SHADES as f64;
         for i in 0..SHADES {
             let (left, wide) = (x + i as f64 * step, step + 0.3);
@@ -58,8 +59,9 @@ impl Drawing {
             );
         }
         let end = |value: f64| format!("{value:.1}").replace(".0", "").replace('-', "−");
-        self.text(x, y + 25.0, Anchor::Start, "", &end(low));
-        self.text(x + width, y + 25.0, Anchor::End, "", &end(high));
+        let below = y + 12.0 + self.letters;
+        self.text(x, below, Anchor::Start, "", &end(low));
+        self.text(x + width, below, Anchor::End, "", &end(high));
     }
 
     /// The discovered graph: a dot for each state where it is on the map, numbered in the order of the map, and a line
@@ -103,32 +105,44 @@ impl Drawing {
                 r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}" {class}/>"#
             );
             let number = (cell.index() + 1).to_string();
-            self.text(x, y + 4.5, Anchor::Middle, "in", &number);
+            self.text(x, y + 0.35 * self.letters, Anchor::Middle, "in", &number);
         }
     }
 
-    /// Two curves over episodes, both axes logarithmic: `a` with shaping, `b` without.
+    /// Two curves over episodes, both axes logarithmic, each with its name where it ends: `a` with shaping, `b` without.
     pub(super) fn versus_panel(&mut self, edges: [f64; 4], title: &str, [a, b]: [&Curve; 2]) {
-        let values = || [a, b].into_iter().flat_map(|c| &c.band.middle).copied();
-        let lowest = values().filter(|&v| v > 0.0).fold(f64::INFINITY, f64::min);
-        let highest = [a, b].into_iter().flat_map(|c| &c.band.high);
-        let highest = highest.copied().fold(10.0, f64::max);
-        let chart = LogChart {
-            edges,
-            x: (
-                0.0,
-                libm::log10(a.num_episodes().max(b.num_episodes()).max(2) as f64),
-            ),
-            y: (
-                libm::log10(lowest.min(highest / 10.0)).floor(),
-                libm::log10(highest).ceil(),
-            ),
-        };
+        let chart = LogChart::around(edges, [a, b]);
         self.log_axes(&chart, "episode", title);
-        self.band(&chart, b, "b");
-        self.band(&chart, a, "a");
-        let [_, top, right, _] = edges;
-        self.text(right, top + 14.0, Anchor::End, "at", "eigentrail");
-        self.text(right, top + 32.0, Anchor::End, "bt", "sparse reward alone");
+        let (right, below) = self.band(&chart, b, "b");
+        let (_, above) = self.band(&chart, a, "a");
+        let [above, below] = apart([above, below], 1.2 * self.letters);
+        for (y, class, name) in [
+            (above, "at", "eigentrail"),
+            (below, "bt", "actor-critic alone"),
+        ] {
+            let (x, y) = (right + 8.0, y + 0.35 * self.letters);
+            self.text(x, y, Anchor::Start, class, name);
+        }
+    }
+}
+
+/// Two heights, moved apart as far as they are nearer than `gap`.
+fn apart([a, b]: [f64; 2], gap: f64) -> [f64; 2] {
+    let missing = (gap - (a - b).abs()).max(0.0) / 2.0;
+    match a <= b {
+        true => [a - missing, b + missing],
+        false => [a + missing, b - missing],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::apart;
+
+    #[test]
+    fn names_of_curves_do_not_overlap() {
+        assert_eq!(apart([50.0, 90.0], 20.0), [50.0, 90.0]);
+        assert_eq!(apart([80.0, 80.0], 20.0), [70.0, 90.0]);
+        assert_eq!(apart([84.0, 80.0], 20.0), [92.0, 72.0]);
     }
 }

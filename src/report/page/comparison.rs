@@ -2,16 +2,18 @@
 
 use super::PROGRAM;
 use super::data::{Arm, PageData, Phases, Versus, command, short_band};
+use super::ground::Ground;
 use super::sights::Sights;
-use crate::archive::{ArmSummary, ArmTiming, LearningCurve};
-use crate::archive::{RecordedArm, RecordedComparison};
+use crate::archive::{
+    ArmSummary, ArmTiming, LearningCurve, RecordedArm, RecordedComparison, RecordedSeed,
+};
 use crate::report::band::Band;
 use crate::report::comparison_table::{
     dash, final_cell, greedy_cell, iqm, moments, percent, ratio,
 };
 use crate::report::terminal::grouped;
 use crate::report::validity::validity;
-use crate::scenario::{BASELINE, World};
+use crate::scenario::{BASELINE, BUILT_IN_ARMS};
 
 /// The page about a comparison.
 pub(super) fn of_comparison(recorded: &RecordedComparison) -> PageData {
@@ -42,6 +44,7 @@ pub(super) fn of_comparison(recorded: &RecordedComparison) -> PageData {
         notes,
         statistic: "interquartile mean, 95 % bootstrap interval over seeds",
         arms,
+        others: Vec::new(),
     }
 }
 
@@ -53,14 +56,8 @@ fn of_arm(
 ) -> Arm {
     let time = &timing.median;
     let last = recorded.numbers.episodes.saturating_sub(1);
-    let layout = match arm.scenario.world_in(recorded.numbers.seeds[0], last) {
-        Ok(World::Grid(world)) => Some(world.layout().clone()),
-        _ => None,
-    };
-    let sights = arm
-        .first
-        .as_ref()
-        .map(|seed| Sights::new(seed, layout.as_ref()));
+    let ground = |seed: &RecordedSeed| Ground::of(&arm.scenario, seed.seed, last);
+    let sights = (arm.first.as_ref()).map(|seed| Sights::new(seed, ground(seed)));
     let curves: Vec<&LearningCurve> = arm.trials.iter().map(|trial| &trial.curve).collect();
     let points = curves.iter().map(|curve| curve.episodes.len()).min();
     let points = points.unwrap_or(0);
@@ -70,6 +67,8 @@ fn of_arm(
     };
     Arm {
         name: arm.name.clone(),
+        label: arm.name.clone(),
+        about: Some(about(recorded, arm)),
         command: command(&recorded.about.arguments),
         resolved: arm.resolved.clone(),
         seeds: recorded.numbers.seeds.clone(),
@@ -93,6 +92,20 @@ fn of_arm(
         checks: (arm.first.as_ref()).map_or(Vec::new(), |seed| validity(&arm.scenario, seed)),
         sights,
         solver: Vec::new(),
+    }
+}
+
+/// What an arm is: in the words of the scenario or of the program, else by its settings.
+fn about(recorded: &RecordedComparison, arm: &RecordedArm) -> String {
+    if let Some(about) = &arm.about {
+        return about.clone();
+    }
+    match BUILT_IN_ARMS.iter().find(|known| known.name == arm.name) {
+        Some(known) => known.about.to_owned(),
+        None => match recorded.about.arms.get(&arm.name) {
+            Some(settings) if !settings.is_empty() => settings.join(", "),
+            _ => "the scenario as it stands".to_owned(),
+        },
     }
 }
 

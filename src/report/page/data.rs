@@ -12,19 +12,26 @@ use serde::Serialize;
 pub(super) struct PageData {
     pub(super) title: String,
     pub(super) program: &'static str,
-    /// The result in one sentence.
+    /// The result, a sentence in each line.
     pub(super) headline: String,
     /// What the reader should know about what is not drawn.
     pub(super) notes: Vec<String>,
     /// What the middle of bands and the numbers of the table are.
     pub(super) statistic: &'static str,
     pub(super) arms: Vec<Arm>,
+    /// The same about other worlds.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) others: Vec<PageData>,
 }
 
 /// One run, or one arm of a comparison.
 #[derive(Serialize)]
 pub(super) struct Arm {
     pub(super) name: String,
+    /// The name where there is little room.
+    pub(super) label: String,
+    /// What it is, in one line; nothing if the name says it.
+    pub(super) about: Option<String>,
     pub(super) command: String,
     pub(super) resolved: String,
     pub(super) seeds: Vec<u64>,
@@ -74,11 +81,21 @@ impl PageData {
     /// Drops every second moment of the arm with the most numbers, then eigenvectors, then maps; false if nothing is
     /// left to drop.
     pub(super) fn thin(&mut self) -> bool {
+        let own = self.weight();
+        let heaviest = self.others.iter_mut().max_by_key(|page| page.weight());
+        if let Some(other) = heaviest.filter(|other| other.weight() > own) {
+            return other.thin();
+        }
         if !self.notes.iter().any(|note| note == THINNED) {
             self.notes.push(THINNED.to_owned());
         }
         let heaviest = self.arms.iter_mut().max_by_key(|arm| arm.weight());
         heaviest.is_some_and(Arm::thin)
+    }
+
+    /// What its heaviest arm weighs.
+    fn weight(&self) -> usize {
+        self.arms.iter().map(Arm::weight).max().unwrap_or(0)
     }
 }
 

@@ -4,8 +4,23 @@
 const DIRECTIONS = ['#0072b2', '#e69f00', '#009e73', '#cc79a7'];
 const ARROWS = ['up', 'right', 'down', 'left'];
 
+// Side of a picture in its own pixels.
+const SIDE = 1000;
+
+const nameOf = (sights, place) => sights.names[place] ?? `state ${place}`;
+const actionOf = (sights, action) => sights.actions[action] ?? `action ${action}`;
+
+// Remembers what was made of an object.
+const once = make => {
+  const made = new WeakMap();
+  return object => {
+    if (!made.has(object)) made.set(object, make(object));
+    return made.get(object);
+  };
+};
+
 // Places of the states of a graph without a map: second and third eigenvector of the last moment that has them.
-function layout(sights) {
+const layout = once(sights => {
   const last = [...sights.frames].reverse().find(frame => frame.vectors.length);
   const count = sights.frames[sights.frames.length - 1].potential.levels.length / 2;
   const axis = k => {
@@ -19,7 +34,10 @@ function layout(sights) {
   };
   const [x, y] = [axis(0), axis(1)];
   return x.map((v, i) => [v, y[i]]);
-}
+});
+
+// What is where on a map.
+const ground = once(({ map, cells }) => ({ placeOf: new Map(cells.map((cell, place) => [cell, place])), walls: new Set(map.walls) }));
 
 function colorOf(values, signed) {
   let low = Infinity, high = -Infinity;
@@ -31,8 +49,8 @@ function colorOf(values, signed) {
 
 function drawMap(canvas, sights, values, colors, arrows) {
   const { map, cells } = sights;
-  canvas.width = 1000;
-  canvas.height = Math.round(1000 * Math.min(map.rows / map.cols, 2));
+  canvas.width = SIDE;
+  canvas.height = Math.round(SIDE * Math.min(map.rows / map.cols, 2));
   const g = canvas.getContext('2d');
   g.fillStyle = css('--blank');
   g.fillRect(0, 0, canvas.width, canvas.height);
@@ -78,7 +96,7 @@ function arrow(g, [x, y], w, h, action) {
 }
 
 function drawGraph(canvas, sights, values, colors, next) {
-  const size = canvas.width = canvas.height = 1000;
+  const size = canvas.width = canvas.height = SIDE;
   const g = canvas.getContext('2d');
   g.fillStyle = css('--blank');
   g.fillRect(0, 0, size, size);
@@ -104,6 +122,85 @@ function drawGraph(canvas, sights, values, colors, next) {
     g.moveTo(x - dx * s - dy * s * .6, y - dy * s + dx * s * .6); g.lineTo(x, y); g.lineTo(x - dx * s + dy * s * .6, y - dy * s - dx * s * .6);
     g.stroke();
   });
+  nameNodes(g, sights, places, radius, values.length);
+}
+
+// Names below the nodes, those left out that would hide others.
+function nameNodes(g, sights, places, radius, count) {
+  const letters = 40, taken = [];
+  if (count > 40 || !sights.names.length) return;
+  g.font = `${letters}px system-ui, sans-serif`;
+  g.textAlign = 'center'; g.textBaseline = 'middle'; g.lineJoin = 'round';
+  g.strokeStyle = css('--blank'); g.lineWidth = 10; g.fillStyle = css('--text');
+  for (let i = 0; i < count; i++) {
+    const name = sights.names[i], text = name.length > 14 ? name.slice(0, 13) + '…' : name;
+    const half = g.measureText(text).width / 2;
+    const x = Math.min(Math.max(places[i][0], half + 8), SIDE - half - 8), y = places[i][1];
+    const box = down => [x - half, y + down - letters / 2, x + half, y + down + letters / 2];
+    const free = ([l, t, r, b]) => t > 0 && b < SIDE && taken.every(([l2, t2, r2, b2]) => r < l2 || l > r2 || b < t2 || t > b2)
+      && places.slice(0, count).every(([px, py], k) => k === i || px + radius < l || px - radius > r || py + radius < t || py - radius > b);
+    const down = [radius + letters * .7, -radius - letters * .7].find(down => free(box(down)));
+    if (down === undefined) continue;
+    taken.push(box(down));
+    g.strokeText(text, x, y + down); g.fillText(text, x, y + down);
+  }
+}
+
+// What is at a place of the picture, under the pointer or for the arrow keys.
+function probeMap(canvas, cursor, sights, values, said) {
+  const { map, cells } = sights, cols = map.cols;
+  const { placeOf, walls } = ground(sights);
+  const size = () => ({ w: canvas.clientWidth / cols, h: canvas.clientHeight / map.rows });
+  const within = (v, end) => Math.min(Math.max(v, 0), end - 1);
+  const where = v => map.side > 1 ? `${v * map.side}–${(v + 1) * map.side - 1}` : v;
+  const what = cell => {
+    const place = placeOf.get(cell), value = place === undefined ? null : values[place] ?? null;
+    if (walls.has(cell)) return [element('div', {}, 'wall')];
+    return value === null ? [element('div', {}, 'not yet known')] : said(place, value);
+  };
+  probe(canvas, {
+    find: (x, y) => within(Math.floor(y / size().h), map.rows) * cols + within(Math.floor(x / size().w), cols),
+    go: (cell, key) => {
+      if (cell === null) return map.start ?? cells[0] ?? 0;
+      const [down, right] = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] }[key];
+      return within(Math.floor(cell / cols) + down, map.rows) * cols + within(cell % cols + right, cols);
+    },
+    mark: cell => {
+      cursor.hidden = cell === null;
+      if (cell === null) return;
+      const place = { left: cell % cols / cols, top: Math.floor(cell / cols) / map.rows, width: 1 / cols, height: 1 / map.rows };
+      for (const [side, share] of Object.entries(place)) cursor.style[side] = `${100 * share}%`;
+    },
+    tell: cell => {
+      const names = [[cell === map.start, 'start'], [map.goals.includes(cell), 'goal'], [(map.hazards ?? []).includes(cell), 'hazard']];
+      const marks = names.filter(([is]) => is).map(([, name]) => `, ${name}`).join('');
+      return { x: (cell % cols + .5) * size().w, y: Math.floor(cell / cols) * size().h,
+        lines: [head(`row ${where(Math.floor(cell / cols))}, column ${where(cell % cols)}${marks}`), ...what(cell)] };
+    },
+  });
+}
+
+function probeGraph(canvas, cursor, sights, values, said) {
+  const places = layout(sights).map(([x, y]) => [x, 1 - y]), count = values.length;
+  const size = () => canvas.clientWidth;
+  const distance = (i, x, y) => Math.hypot(places[i][0] - x, places[i][1] - y);
+  probe(canvas, {
+    find: (x, y) => {
+      let best = null;
+      for (let i = 0; i < count; i++) if (best === null || distance(i, x / size(), y / size()) < distance(best, x / size(), y / size())) best = i;
+      return best !== null && distance(best, x / size(), y / size()) < .08 ? best : null;
+    },
+    go: (i, key) => count ? i === null ? 0 : (i + (['ArrowRight', 'ArrowDown'].includes(key) ? 1 : count - 1)) % count : null,
+    mark: i => {
+      cursor.hidden = i === null;
+      if (i === null) return;
+      cursor.style.left = `${100 * places[i][0] - 3}%`;
+      cursor.style.top = `${100 * places[i][1] - 3}%`;
+      cursor.style.width = cursor.style.height = '6%';
+    },
+    tell: i => ({ x: places[i][0] * size(), y: places[i][1] * size(),
+      lines: [head(nameOf(sights, i)), ...values[i] === null ? [element('div', {}, 'not yet known')] : said(i, values[i])] }),
+  });
 }
 
 // The bar of colours below a map.
@@ -114,9 +211,10 @@ function colorBar({ low, high, colors }) {
   return element('div', { class: 'scale', 'aria-hidden': 'true' }, element('span', {}, number(low)), bar, element('span', {}, number(high)));
 }
 
-function mapFigure(parent, title, sights, values, note, { signed = false, arrows = null } = {}) {
-  const canvas = element('canvas', { role: 'img' });
-  const figure = element('figure', {}, element('figcaption', {}, title), canvas);
+// `text` is what a value says, if not itself.
+function mapFigure(parent, title, sights, values, note, { signed = false, arrows = null, text = number } = {}) {
+  const canvas = element('canvas', { role: 'img' }), cursor = element('div', { class: 'cursor', hidden: '' });
+  const figure = element('figure', {}, element('figcaption', {}, title), element('div', { class: 'view' }, canvas, cursor));
   parent.append(figure);
   const colors = colorOf(values, signed);
   if (sights.map) drawMap(canvas, sights, values, colors, arrows);
@@ -124,12 +222,24 @@ function mapFigure(parent, title, sights, values, note, { signed = false, arrows
   const known = Number.isFinite(colors.low);
   const range = known ? `From ${number(colors.low)} to ${number(colors.high)}.` : 'Nothing yet.';
   canvas.setAttribute('aria-label', `${title}. ${range} ${values.length} places. ${note}`);
-  const small = arrows && sights.map && 1000 / Math.max(sights.map.cols, sights.map.rows) < 16;
-  if (small) figure.append(element('p', {}, ...ARROWS.flatMap((name, i) => {
-    const swatch = element('i', { class: 'swatch' });
-    swatch.style.background = DIRECTIONS[i];
-    return [swatch, element('span', {}, name)];
+  const name = title.split(',')[0];
+  const said = (place, value) => [line(arrows ? 'φ' : name, text(value)), ...arrows ? policyLines(sights, place) : []];
+  (sights.map ? probeMap : probeGraph)(canvas, cursor, sights, values, said);
+  const small = arrows && sights.map && SIDE / Math.max(sights.map.cols, sights.map.rows) < 16;
+  if (small) figure.append(element('p', { class: 'keys' }, ...ARROWS.map((name, i) => {
+    const key = element('i', { class: 'swatch' });
+    key.style.setProperty('--color', DIRECTIONS[i]);
+    return element('span', {}, key, name);
   })));
   else if (known) figure.append(colorBar(colors));
   if (note) figure.append(element('p', {}, note));
+}
+
+// The action held best at a place, and where it leads.
+function policyLines(sights, place) {
+  const action = sights.greedy[place] ?? null, next = sights.next[place] ?? null;
+  if (action === null) return [line('action', 'none learnt')];
+  const lines = [line('action', actionOf(sights, action))];
+  if (next !== null) lines.push(line('leads to', nameOf(sights, next)));
+  return lines;
 }

@@ -5,12 +5,15 @@
 
 mod comparison;
 mod data;
+mod ground;
+mod names;
 mod packed;
 mod run;
 mod sights;
 
 use crate::archive::RecordedComparison;
 use crate::archive::RecordedRun;
+use crate::report::marker::MARKER;
 use data::PageData;
 
 const PROGRAM: &str = concat!("eigentrail ", env!("CARGO_PKG_VERSION"));
@@ -24,8 +27,10 @@ const MAX_BYTES: usize = 4_500_000;
 const HTML: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 /// In the order in which the browser reads them.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("base.js"),
+    include_str!("probe.js"),
+    include_str!("labels.js"),
     include_str!("chart.js"),
     include_str!("interval.js"),
     include_str!("map.js"),
@@ -35,7 +40,7 @@ const SCRIPTS: [&str; 6] = [
 /// Only of the served page, after the others: draws again what the server sends.
 const LIVE: &str = include_str!("live.js");
 
-/// The page about `runs`, the first of which gives it its title.
+/// The page about `runs`, with a part for each of their worlds.
 ///
 /// # Panics
 /// If there are no runs.
@@ -65,13 +70,16 @@ pub fn live_page(title: &str, data: &str) -> String {
 
 fn page_about(mut data: PageData) -> String {
     let json = fitted(&mut data);
-    page(&data.title, &json, &SCRIPTS)
+    let others = data.others.iter().map(|other| other.title.as_str());
+    let titles: Vec<&str> = [data.title.as_str()].into_iter().chain(others).collect();
+    page(&titles.join(", "), &json, &SCRIPTS)
 }
 
 fn page(title: &str, data: &str, scripts: &[&str]) -> String {
     // Inside <script>, `</` and `<!--` would be markup.
     let data = data.replace('<', "\\u003c");
-    HTML.replace("{{title}}", &escaped(title))
+    HTML.replace("{{marker}}", MARKER)
+        .replace("{{title}}", &escaped(title))
         .replace("{{style}}", STYLE)
         .replace("{{script}}", &scripts.concat())
         .replace("{{data}}", &data)

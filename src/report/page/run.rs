@@ -1,22 +1,49 @@
 //! Runs as the arms of a page: means over seeds with Student's intervals.
 
 use super::data::{Arm, Effort, PageData, Phases, command, short_band, tenths, with_interval};
+use super::ground::Ground;
+use super::names::{RunName, run_names, world_titles};
 use super::sights::{Sights, short};
 use super::{MAX_POINTS, PROGRAM};
 use crate::archive::{EpisodeRow, RecordedRun, RecordedSeed, SeedResult};
 use crate::report::band::{Band, interval};
 use crate::report::terminal::{amount, counts_steps, grouped};
 use crate::report::validity::validity;
-use crate::scenario::World;
 use crate::statistics::blocks;
 use std::ops::Range;
 
-/// The page about `runs`.
+/// The page about `runs`, those of other worlds behind those of the first.
 ///
 /// # Panics
 /// If there are no runs.
 pub(super) fn of_runs(runs: &[RecordedRun]) -> PageData {
-    let arms: Vec<Arm> = runs.iter().map(arm).collect();
+    let mut worlds: Vec<Vec<&RecordedRun>> = Vec::new();
+    for run in runs {
+        let same = |world: &&mut Vec<&RecordedRun>| world[0].scenario.env == run.scenario.env;
+        match worlds.iter_mut().find(same) {
+            Some(world) => world.push(run),
+            None => worlds.push(vec![run]),
+        }
+    }
+    let firsts: Vec<&RecordedRun> = worlds.iter().map(|world| world[0]).collect();
+    let titles = world_titles(&firsts).into_iter();
+    let mut pages = titles
+        .zip(&worlds)
+        .map(|(title, runs)| of_world(title, runs));
+    let first = pages.next().expect("there are runs");
+    PageData {
+        others: pages.collect(),
+        ..first
+    }
+}
+
+/// The page about runs of one world.
+fn of_world(title: String, runs: &[&RecordedRun]) -> PageData {
+    let names = run_names(runs);
+    let headline = |(run, name): (&&RecordedRun, &RunName)| headline(run, &name.label);
+    let headlines: Vec<String> = runs.iter().zip(&names).map(headline).collect();
+    let named = runs.iter().zip(names);
+    let arms: Vec<Arm> = named.map(|(run, name)| arm(run, name)).collect();
     let mut notes = vec![
         "Maps show at most 40 moments and curves blocks of episodes; the run folder has everything."
             .to_owned(),
@@ -25,22 +52,20 @@ pub(super) fn of_runs(runs: &[RecordedRun]) -> PageData {
     notes.extend(more);
     notes.dedup();
     PageData {
-        title: runs[0].scenario.name.clone(),
+        title,
         program: PROGRAM,
-        headline: runs.iter().map(headline).collect::<Vec<_>>().join(" "),
+        headline: headlines.join("\n"),
         notes,
         statistic: "mean, 95 % interval over seeds",
         arms,
+        others: Vec::new(),
     }
 }
 
-fn arm(run: &RecordedRun) -> Arm {
+fn arm(run: &RecordedRun, name: RunName) -> Arm {
     let seed = &run.seeds[0];
     let last = seed.num_episodes().saturating_sub(1);
-    let layout = match run.scenario.world_in(seed.seed, last) {
-        Ok(World::Grid(world)) => Some(world.layout().clone()),
-        _ => None,
-    };
+    let ground = Ground::of(&run.scenario, seed.seed, last);
     let ends: Vec<Vec<usize>> = run.seeds.iter().map(RecordedSeed::ends).collect();
     let common = ends.iter().map(|ends| ends.last().copied().unwrap_or(0));
     let blocks = blocks(common.min().unwrap_or(0), MAX_POINTS);
@@ -54,12 +79,18 @@ fn arm(run: &RecordedRun) -> Arm {
             rows.iter().map(value).sum::<f64>() / episodes as f64
         }))
     };
+    let mut facts = facts(run);
+    if name.whole != run.name {
+        facts.insert(0, ("folder", run.name.clone()));
+    }
     Arm {
-        name: run.name.clone(),
+        about: None,
+        name: name.whole,
+        label: name.label,
         command: command(&run.arguments),
         resolved: run.resolved.clone(),
         seeds: run.seeds.iter().map(|seed| seed.seed).collect(),
-        facts: facts(run),
+        facts,
         length: mean(|row| row.length as f64),
         // The regret of a block is that at its end.
         regret: short_band(Band::over(run.seeds.len(), blocks.len(), |seed, i| {
@@ -71,7 +102,7 @@ fn arm(run: &RecordedRun) -> Arm {
         versus: None,
         phases: phases(run),
         checks: validity(&run.scenario, seed),
-        sights: Some(Sights::new(seed, layout.as_ref())),
+        sights: Some(Sights::new(seed, ground)),
         solver: efforts(seed),
     }
 }
@@ -84,7 +115,7 @@ fn rows_of(ends: &[usize], block: &Range<usize>) -> Range<usize> {
 }
 
 /// What came of a run, in a sentence.
-fn headline(run: &RecordedRun) -> String {
+fn headline(run: &RecordedRun, name: &str) -> String {
     let last = |value: fn(&SeedResult) -> f64| {
         let values: Vec<f64> = run.summary.seeds.iter().map(value).collect();
         interval(&values).0
@@ -105,8 +136,7 @@ fn headline(run: &RecordedRun) -> String {
         _ => String::new(),
     };
     format!(
-        "{}: {goal}; at the end {earned}{} steps an episode, {} are optimal.",
-        run.name,
+        "{name}: {goal}; at the end {earned}{} steps an episode, {} are optimal.",
         tenths(steps),
         tenths(fewest),
     )

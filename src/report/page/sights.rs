@@ -4,6 +4,7 @@
 //! a state where there is no map. Places are numbered in the order of discovery, so that every frame knows the first
 //! few of them.
 
+use super::ground::Ground;
 use super::packed::Packed;
 use crate::archive::RecordedSeed;
 use crate::archive::Snapshot;
@@ -14,6 +15,9 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Places drawn at most, so that a moment takes a third of a megabyte at most.
 const MAX_PLACES: usize = 40_000;
+
+/// Bytes that the names of states may take.
+const MAX_NAMES: usize = 500_000;
 
 /// Edges drawn at most where there is no map.
 const MAX_EDGES: usize = 30_000;
@@ -27,12 +31,16 @@ pub(super) struct Sights {
     map: Option<Map>,
     /// Square of each place on the map; nothing where there is no map.
     cells: Vec<u32>,
+    /// Name of each state, where there is no map; nothing where they are too long together.
+    names: Vec<String>,
+    /// Name of each action; nothing where they have none.
+    actions: Vec<String>,
     /// Undirected edges between places, where there is no map.
     edges: Vec<(u32, u32)>,
     pub(super) frames: Vec<Frame>,
     /// log₁₀(1 + times left) by place.
     visits: Packed,
-    /// The action held best by place; on a map only, and only where a place is a cell.
+    /// The action held best by place, where a place is a state.
     greedy: Vec<Option<u16>>,
     /// The place that the action held best leads to most often, where there is no map.
     next: Vec<Option<u32>>,
@@ -70,18 +78,22 @@ impl Frame {
 }
 
 impl Sights {
-    /// What `seed` has left; `layout` is its map, if it has one.
-    pub(super) fn new(seed: &RecordedSeed, layout: Option<&Layout>) -> Self {
+    /// What `seed` has left on its ground.
+    pub(super) fn new(seed: &RecordedSeed, ground: Ground) -> Self {
+        let layout = ground.layout.as_ref();
         let side = layout.map_or(1, |map| side(map.num_cells()));
         let map = layout.map(|layout| Map::new(layout, side));
         let places = Places::new(seed, layout, side);
-        let arrows = side == 1 && layout.is_some();
         Self {
             visits: places.visits(seed),
-            greedy: if arrows {
-                places.greedy(seed)
-            } else {
-                Vec::new()
+            names: match layout {
+                Some(_) => Vec::new(),
+                None => names(&seed.labels[..places.count]),
+            },
+            actions: ground.actions,
+            greedy: match side {
+                1 => places.greedy(seed),
+                _ => Vec::new(),
             },
             edges: match layout {
                 Some(_) => Vec::new(),
@@ -110,6 +122,15 @@ impl Sights {
                 "The graph is large: only the first {MAX_PLACES} states are drawn, and {MAX_EDGES} of their edges."
             )
         })
+    }
+}
+
+/// The names of all states, or of none.
+fn names(labels: &[String]) -> Vec<String> {
+    let bytes: usize = labels.iter().map(String::len).sum();
+    match bytes <= MAX_NAMES {
+        true => labels.to_vec(),
+        false => Vec::new(),
     }
 }
 
