@@ -1,7 +1,9 @@
 //! The command line as types: what can be asked, nothing of how it is done.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use eigentrail::scenario::EnvKind;
 use indexmap::IndexSet;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -100,7 +102,7 @@ pub enum Command {
     Potential(Potential),
     /// Show runs side by side, or a comparison, as one HTML page that needs nothing else
     Report(Report),
-    /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML or DOT
+    /// Hand a run to other programs: its tables as CSV, Parquet or NumPy arrays, its graph as GraphML, DOT or Matrix Market
     Export(Export),
     /// Draw a scenario beside the actor-critic alone as one SVG, or the source paper's figures 4 to 9
     Figures(Figures),
@@ -255,9 +257,12 @@ pub struct Track {
     /// A symmetric Matrix Market file; its row order is the order of discovery
     #[arg(value_name = "GRAPH.mtx")]
     pub graph: PathBuf,
-    /// How many of the lowest eigenpairs to keep
-    #[arg(long, short, value_name = "K", default_value_t = 16, value_parser = at_least_one, allow_negative_numbers = true)]
-    pub k: usize,
+    /// How many of the lowest eigenpairs to keep [default: 16, or all of a graph with fewer nodes]
+    #[arg(long, short, value_name = "K", value_parser = at_least_one, allow_negative_numbers = true)]
+    pub k: Option<usize>,
+    /// Which Laplacian of the graph with the adjacency W and the degrees D
+    #[arg(long, value_name = "LAPLACIAN", default_value = "sym")]
+    pub laplacian: LaplacianChoice,
     /// How much the graph grows from one update to the next, as a share of its nodes
     #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = positive, allow_negative_numbers = true)]
     pub growth: f64,
@@ -285,6 +290,15 @@ pub struct Track {
     /// Exit with 4 if an update did not converge, or under --certify could not be proved complete
     #[arg(long)]
     pub strict: bool,
+}
+
+/// Which Laplacian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LaplacianChoice {
+    /// Symmetric, normalised by degree: I − D^-1/2 W D^-1/2, eigenvalues from 0 to 2
+    Sym,
+    /// D − W, eigenvalues from 0 to twice the largest degree
+    Unnormalised,
 }
 
 /// How each update finds the pairs.
@@ -360,7 +374,7 @@ pub struct Export {
     #[arg(long, value_name = "FORMAT")]
     pub to: ExportFormat,
     /// Write to PATH, a folder for csv and parquet, a file for the others, or - for a graph to stdout
-    /// [default: export, export.npz, graph.graphml or graph.dot]
+    /// [default: export, export.npz, graph.graphml, graph.dot or graph.mtx]
     #[arg(short, long, value_name = "PATH")]
     pub out: Option<PathBuf>,
     /// Replace what is there
@@ -381,6 +395,8 @@ pub enum ExportFormat {
     Graphml,
     /// The graph, for Graphviz
     Dot,
+    /// The graph without directions, as Matrix Market in order of discovery, for `track` and `potential`
+    Mtx,
 }
 
 /// `eigentrail figures`
@@ -407,9 +423,21 @@ pub struct Figures {
 /// `eigentrail new`
 #[derive(Args, Debug)]
 pub struct New {
-    /// The name of the scenario
+    /// The name of the scenario; the name of a kind of world asks for that kind, as --kind does
     #[arg(value_name = "NAME")]
     pub name: String,
+    /// Write out the keys that make a world of this kind, and leave out those of others
+    #[arg(long, value_name = "KIND", value_parser = env_kind())]
+    pub kind: Option<EnvKind>,
+}
+
+/// Kinds of worlds by name.
+fn env_kind() -> impl TypedValueParser<Value = EnvKind> {
+    let names = EnvKind::ALL.map(EnvKind::name);
+    PossibleValuesParser::new(names).map(|name| {
+        let kind = EnvKind::ALL.into_iter().find(|kind| kind.name() == name);
+        kind.expect("only these names are possible")
+    })
 }
 
 /// A whole number of at least 1.

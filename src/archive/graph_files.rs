@@ -1,9 +1,10 @@
-//! The graph at the end of a run as tables: `graph.csv` and `policy.csv`.
+//! The graph at the end of a run as tables: `graph.csv`, `actions.csv` and `policy.csv`.
 //!
 //! | file | a row for each |
 //! |---|---|
 //! | `graph.csv` | (state, action, next state) that was seen: how often, Σ r, whether it ended an episode |
-//! | `policy.csv` | state: how often it was left, and the likeliest action there, with the advice of φ but not of a search (empty if none) |
+//! | `actions.csv` | action: its number and its name |
+//! | `policy.csv` | state: how often it was left, and the likeliest action there by number and name, with the advice of φ but not of a search (empty if none) |
 
 use super::error::ArchiveError;
 use super::files::write_atomically;
@@ -33,24 +34,67 @@ pub fn write_graph(
     .map_err(ArchiveError::write(&path))
 }
 
-/// Writes `policy.csv` into the seed's `folder`.
+/// Writes `actions.csv` into the seed's `folder`: the number of each action and its name.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_actions(folder: &Path, action_names: &[&str]) -> Result<(), ArchiveError> {
+    let path = folder.join(names::ACTIONS);
+    write_atomically(&path, |file| {
+        let mut table = csv::Writer::from_writer(file);
+        table.write_record(["action", "name"])?;
+        for (action, name) in action_names.iter().enumerate() {
+            table.write_record([&action.to_string(), *name])?;
+        }
+        table.flush()
+    })
+    .map_err(ArchiveError::write(&path))
+}
+
+/// Names of the actions in the order of their numbers; none of a seed that was written without them.
+///
+/// # Errors
+/// If the table does not say what it should.
+pub fn read_action_names(folder: &Path) -> Result<Option<Vec<String>>, ArchiveError> {
+    let path = folder.join(names::ACTIONS);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let rows: Vec<(usize, String)> = csv::Reader::from_path(&path)
+        .and_then(|mut reader| reader.deserialize().collect())
+        .map_err(|error| ArchiveError::damaged(&path, error.to_string()))?;
+    let (numbers, action_names): (Vec<usize>, Vec<String>) = rows.into_iter().unzip();
+    if numbers.is_empty() || !numbers.iter().copied().eq(0..numbers.len()) {
+        let rule = "actions must be numbered from 0, one a row";
+        return Err(ArchiveError::damaged(&path, rule));
+    }
+    Ok(Some(action_names))
+}
+
+/// Writes `policy.csv` into the seed's `folder`; actions are called as in `action_names`.
 ///
 /// # Errors
 /// If it cannot be written.
 pub fn write_policy(
     folder: &Path,
     rows: impl IntoIterator<Item = PolicyRow>,
+    action_names: &[&str],
 ) -> Result<(), ArchiveError> {
     let path = folder.join(names::POLICY);
     write_atomically(&path, |file| {
-        writeln!(file, "state,visits,greedy")?;
+        let mut table = csv::Writer::from_writer(file);
+        table.write_record(["state", "visits", "greedy", "greedy_name"])?;
         for row in rows {
-            match row.greedy {
-                Some(action) => writeln!(file, "{},{},{action}", row.state, row.visits)?,
-                None => writeln!(file, "{},{},", row.state, row.visits)?,
-            }
+            let (state, visits) = (row.state.to_string(), row.visits.to_string());
+            let greedy = row
+                .greedy
+                .map_or_else(String::new, |action| action.to_string());
+            let name = row
+                .greedy
+                .map_or("", |action| action_names[usize::from(action)]);
+            table.write_record([&state, &visits, &greedy, name])?;
         }
-        Ok(())
+        table.flush()
     })
     .map_err(ArchiveError::write(&path))
 }
@@ -85,7 +129,16 @@ mod tests {
             visits: 3,
             greedy,
         });
-        write_policy(folder.path(), policy.clone()).unwrap();
+        let names = ["up", "left, or \"west\"", "2", "on"];
+        write_policy(folder.path(), policy.clone(), &names).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("policy.csv")).unwrap();
+        assert_eq!(text, "state,visits,greedy,greedy_name\n0,3,3,on\n0,3,,\n");
+        assert_eq!(read_action_names(folder.path()).unwrap(), None);
+        write_actions(folder.path(), &names).unwrap();
+        let read = read_action_names(folder.path()).unwrap();
+        assert_eq!(read, Some(names.map(str::to_owned).to_vec()));
+        std::fs::write(folder.path().join("actions.csv"), "action,name\n1,up\n").unwrap();
+        assert!(read_action_names(folder.path()).is_err());
         let mut read = csv::Reader::from_path(folder.path().join("policy.csv")).unwrap();
         let read: Vec<PolicyRow> = read.deserialize().map(Result::unwrap).collect();
         assert_eq!(read, policy);

@@ -39,7 +39,7 @@ pub use comparison_files::{Compared, TrialsByArm, begin_arm, begin_comparison, w
 pub use error::ArchiveError;
 pub use folder::{Existing, RunFolder};
 pub use folder_kind::{FolderKind, is_comparison, is_run};
-pub use graph_files::{write_graph, write_policy};
+pub use graph_files::{read_action_names, write_actions, write_graph, write_policy};
 pub use lock::FolderLock;
 pub use names::{seed_folder_name, trial_file_name};
 pub use recorded::{PhaseSeconds, RecordedRun, RecordedSeed, read_runs};

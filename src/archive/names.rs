@@ -33,13 +33,15 @@ pub const EIGENVECTORS: &str = "eigenvectors.npy";
 pub const STATES: &str = "states.csv";
 /// Transitions that were seen.
 pub const GRAPH: &str = "graph.csv";
+/// Name of each action.
+pub const ACTIONS: &str = "actions.csv";
 /// Action held best in each state.
 pub const POLICY: &str = "policy.csv";
 /// φ and eigenvectors through the run.
 pub const SNAPSHOTS: &str = "snapshots.json";
 
 /// Files of a seed.
-pub(super) const SEED_FILES: [&str; 11] = [
+pub(super) const SEED_FILES: [&str; 12] = [
     EPISODES,
     REFRESHES,
     TIMINGS,
@@ -49,6 +51,7 @@ pub(super) const SEED_FILES: [&str; 11] = [
     EIGENVECTORS,
     STATES,
     GRAPH,
+    ACTIONS,
     POLICY,
     SNAPSHOTS,
 ];

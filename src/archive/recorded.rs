@@ -4,6 +4,7 @@ use super::bounded::BoundedEpisodes;
 use super::error::ArchiveError;
 use super::files::read_json;
 use super::folder_kind::is_run;
+use super::graph_files::read_action_names;
 use super::names::{self, seed_folder_name};
 use super::rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
 use super::seed_files::read_labels;
@@ -48,6 +49,8 @@ pub struct RecordedSeed {
     pub snapshots: Vec<Snapshot>,
     /// Place (`row,col`) or name of each state.
     pub labels: Vec<String>,
+    /// Names of the actions by number, if they are there.
+    pub actions: Option<Vec<String>>,
     /// Rows of `policy.csv`.
     pub policy: Vec<PolicyRow>,
     /// Rows of `graph.csv`.
@@ -163,7 +166,7 @@ impl RecordedSeed {
         })
     }
 
-    /// Reads what stands on maps: states, snapshots, policy and graph.
+    /// Reads what stands on maps: states, snapshots, actions, policy and graph.
     ///
     /// # Errors
     /// If `folder` does not hold a finished seed.
@@ -172,6 +175,7 @@ impl RecordedSeed {
             seed,
             snapshots: read_snapshots(folder)?,
             labels: read_labels(folder)?,
+            actions: read_action_names(folder)?,
             policy: table(folder, names::POLICY)?,
             graph: table(folder, names::GRAPH)?,
             ..Self::default()

@@ -210,7 +210,7 @@ fn table(loaded: &Loaded, facts: &Facts) -> String {
     row("agent", facts.agent.clone());
     row("potential", facts.potential.clone());
     row("exploration", facts.exploration.clone());
-    row("eigenpairs", facts.num_eigenpairs.to_string());
+    row("eigenpairs", eigenpairs(facts));
     row("episodes", episodes(scenario));
     row("memory, about", megabytes(facts.memory_bytes));
     if let Some(moved) = &facts.moved {
@@ -223,6 +223,15 @@ fn table(loaded: &Loaded, facts: &Facts) -> String {
         row(&format!("arm {name}"), describe_arm(arm));
     }
     table.trim_fmt()
+}
+
+/// How many are asked for, and how many there are at most.
+fn eigenpairs(facts: &Facts) -> String {
+    let (asked, reachable) = (facts.num_eigenpairs, facts.reachable);
+    if asked <= reachable {
+        return asked.to_string();
+    }
+    format!("{asked} asked for, {reachable} reachable states have at most {reachable}")
 }
 
 fn optimal(best: &Best) -> String {

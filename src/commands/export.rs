@@ -26,7 +26,9 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
             return Err(BadInput(message).into());
         }
         Format::Csv | Format::Parquet => {} // made if it is not there
-        Format::Npz | Format::GraphMl | Format::Dot => require_writable(Some(&out))?,
+        Format::Npz | Format::GraphMl | Format::Dot | Format::MatrixMarket => {
+            require_writable(Some(&out))?;
+        }
     }
     let files = export::export(&source, format, &out, args.force).map_err(Error::from)?;
     for file in files {
@@ -37,8 +39,8 @@ pub fn export(args: &cli::Export) -> Result<Ending> {
 
 /// Only a graph is one text.
 fn to_stdout(source: &Source, format: Format) -> Result<Ending> {
-    if !matches!(format, Format::GraphMl | Format::Dot) {
-        let message = "-o -: only graphml and dot can go to stdout; name a file or folder";
+    if !format.is_graph() {
+        let message = "-o -: only graphml, dot and mtx can go to stdout; name a file or folder";
         return Err(BadInput(message.to_owned()).into());
     }
     let seed = source.only_seed().map_err(Error::from)?;
@@ -60,6 +62,7 @@ fn format(choice: ExportFormat) -> Format {
         ExportFormat::Npz => Format::Npz,
         ExportFormat::Graphml => Format::GraphMl,
         ExportFormat::Dot => Format::Dot,
+        ExportFormat::Mtx => Format::MatrixMarket,
     }
 }
 
@@ -69,5 +72,6 @@ fn default_out(format: Format) -> PathBuf {
         Format::Npz => "export.npz",
         Format::GraphMl => "graph.graphml",
         Format::Dot => "graph.dot",
+        Format::MatrixMarket => "graph.mtx",
     })
 }

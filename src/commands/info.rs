@@ -6,7 +6,7 @@ use crate::output::print;
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
-use eigentrail::scenario::{BUILT_IN_ARMS, Scenario, check_name, shipped, template};
+use eigentrail::scenario::{BUILT_IN_ARMS, EnvKind, Scenario, check_name, shipped, template};
 use serde_json::Value;
 
 pub fn schema() -> Result<Ending> {
@@ -63,7 +63,10 @@ fn resolve<'a>(schema: &'a Value, value: &'a Value) -> &'a Value {
 
 pub fn new(args: &New) -> Result<Ending> {
     check_name(&args.name).map_err(|rule| BadInput(rule.message))?;
-    print(&template(&args.name));
+    let named = EnvKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == args.name);
+    print(&template(&args.name, args.kind.or(named)));
     Ok(Ending::Done)
 }
 

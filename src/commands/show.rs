@@ -50,7 +50,7 @@ pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
                 text += &listed_policy(&seed_folder(run)?)?;
             }
             if text.is_empty() {
-                text = format!("states: {}\n{}", names.join(", "), facts(world));
+                text = format!("states: {}\n{}", names.states.join(", "), facts(world));
             }
             print(&text);
         }
@@ -236,7 +236,7 @@ fn listed_potential(folder: &Path) -> Result<String> {
         .collect())
 }
 
-/// Each state, and where the action held best has led most often.
+/// Each state, the action held best there, and where that has led most often.
 fn listed_policy(folder: &Path) -> Result<String> {
     let seed = RecordedSeed::read_sights(folder, 0).map_err(Error::from)?;
     let mut text = String::new();
@@ -247,9 +247,12 @@ fn listed_policy(folder: &Path) -> Result<String> {
             .filter(|edge| edge.from == row.state && Some(edge.action) == row.greedy);
         let next = held.max_by_key(|edge| edge.count);
         let next = next.and_then(|edge| seed.labels.get(edge.to as usize));
-        text += &match next {
-            Some(next) => format!("{name} → {next}\n"),
-            None => format!("{name}\n"),
+        let action = row.greedy.zip(seed.actions.as_ref());
+        let action = action.and_then(|(number, names)| names.get(usize::from(number)));
+        text += &match (next, action) {
+            (Some(next), Some(action)) => format!("{name}: {action} → {next}\n"),
+            (Some(next), None) => format!("{name} → {next}\n"),
+            (None, _) => format!("{name}\n"),
         };
     }
     Ok(text)

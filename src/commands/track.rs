@@ -2,7 +2,7 @@
 
 use super::progress::Progress;
 use super::{BadInput, Ending, require_writable};
-use crate::cli::{self, MethodChoice};
+use crate::cli::{self, LaplacianChoice, MethodChoice};
 use crate::output::{print, print_json};
 use crate::signals;
 use anyhow::Result;
@@ -13,16 +13,25 @@ use eigentrail::graph::{SymmetricCsr, matrix_market};
 use eigentrail::report::grouped;
 use eigentrail::runner::require_spectrum_memory;
 use eigentrail::spectral::{
-    self, Eigenpairs, Method, SpectralError, TrackParams, TrackStatistics, TrackUpdate,
-    TrackedSpectrum,
+    self, Eigenpairs, LaplacianKind, Method, SpectralError, TrackParams, TrackStatistics,
+    TrackUpdate, TrackedSpectrum,
 };
 use eigentrail::telemetry::Telemetry;
+use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, mpsc};
 use tracing::{debug, warn};
 
 /// As the main thread has it.
 const STACK: usize = 8 << 20;
+
+/// `track --json`
+#[derive(Serialize)]
+struct TrackLine<'a> {
+    #[serde(flatten)]
+    statistics: &'a TrackStatistics,
+    laplacian: &'static str,
+}
 
 pub fn track(
     args: &cli::Track,
@@ -33,14 +42,15 @@ pub fn track(
     require_writable(args.vectors.as_deref())?;
     let graph = matrix_market::load(&args.graph).map_err(Error::from)?;
     let adjacency = graph.to_csr();
-    require_spectrum_memory(adjacency.num_nodes(), args.k, method(args.method))
-        .map_err(Error::from)?;
+    let k = num_pairs(args, adjacency.num_nodes())?;
+    require_spectrum_memory(adjacency.num_nodes(), k, method(args.method)).map_err(Error::from)?;
     let params = TrackParams {
-        k: args.k,
+        k,
         growth: args.growth,
         start_nodes: args.from,
         tol: args.tol,
         method: method(args.method),
+        laplacian: laplacian(args.laplacian),
         threads: threads.unwrap_or_else(rayon::current_num_threads),
         seed: args.seed,
         certify: args.certify,
@@ -51,12 +61,34 @@ pub fn track(
         write_matrix(path, pairs.vectors.as_ref()).map_err(Error::from)?;
     }
     if args.json {
-        print_json(&statistics);
+        let laplacian = laplacian_name(args.laplacian);
+        print_json(&TrackLine {
+            statistics: &statistics,
+            laplacian,
+        });
     } else {
-        print(&table(&statistics));
+        print(&table(&statistics, args.laplacian));
     }
     warn_of_rounding(args.tol, &statistics.updates);
     Ok(ending(args, &statistics))
+}
+
+/// How many pairs a graph of `n` nodes is asked for.
+fn num_pairs(args: &cli::Track, n: usize) -> Result<usize> {
+    let path = args.graph.display();
+    let usual = TrackParams::default().k;
+    match args.k {
+        Some(k) if k > n => Err(BadInput(format!(
+            "{path}: --k {k}: the graph has {n} nodes, and so at most {n} eigenpairs; say --k {n} or less"
+        ))
+        .into()),
+        Some(k) => Ok(k),
+        None if n < usual => {
+            warn!("{path}: the graph has {n} nodes, so all {n} eigenpairs are kept, not {usual}");
+            Ok(n)
+        }
+        None => Ok(usual),
+    }
 }
 
 /// Says where rounding stood in for the tolerance asked for.
@@ -163,6 +195,21 @@ fn told(args: &cli::Track, error: SpectralError) -> anyhow::Error {
     }
 }
 
+fn laplacian(choice: LaplacianChoice) -> LaplacianKind {
+    match choice {
+        LaplacianChoice::Sym => LaplacianKind::Normalized,
+        LaplacianChoice::Unnormalised => LaplacianKind::Combinatorial,
+    }
+}
+
+/// Its name on the command line.
+fn laplacian_name(choice: LaplacianChoice) -> &'static str {
+    match choice {
+        LaplacianChoice::Sym => "sym",
+        LaplacianChoice::Unnormalised => "unnormalised",
+    }
+}
+
 fn method(choice: MethodChoice) -> Method {
     match choice {
         MethodChoice::Warm => Method::Warm,
@@ -172,7 +219,7 @@ fn method(choice: MethodChoice) -> Method {
 }
 
 /// The updates as people read them: all if they are few, else the first and the last ones.
-fn table(statistics: &TrackStatistics) -> String {
+fn table(statistics: &TrackStatistics, laplacian: LaplacianChoice) -> String {
     const SHOWN: usize = 10;
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
@@ -201,16 +248,18 @@ fn table(statistics: &TrackStatistics) -> String {
         .map(|v| format!("{v:.6e}"))
         .collect();
     let (table, count) = (table.trim_fmt(), updates.len());
-    let seconds = statistics.total_seconds;
+    let (seconds, laplacian) = (statistics.total_seconds, laplacian_name(laplacian));
     if statistics.interrupted {
         let (reached, n) = (updates.last().map_or(0, |u| u.nodes), statistics.n);
         let (reached, n) = (grouped(reached as u64), grouped(n as u64));
         return format!(
-            "{table}\n{count} updates in {seconds:.3} s, interrupted at {reached} of {n} nodes"
+            "{table}\n{count} updates in {seconds:.3} s, laplacian {laplacian}, interrupted at {reached} of {n} nodes"
         );
     }
     let values = values.join(" ");
-    format!("{table}\n{count} updates in {seconds:.3} s\neigenvalues {values}")
+    format!(
+        "{table}\n{count} updates in {seconds:.3} s, laplacian {laplacian}\neigenvalues {values}"
+    )
 }
 
 fn row(update: &TrackUpdate) -> [String; 8] {

@@ -335,26 +335,34 @@ pub enum EnvError {
     },
 }
 
+/// What the first line of an edge list says.
+const HEADER: &str = "the first line names the columns: from,action,to and optionally probability,reward, or from,to and \
+                      optionally reward";
+
 /// The rules of an edge list.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EdgeListProblem {
     /// A required column is not in the header.
-    #[error(
-        "the column {column:?} is missing; the header is from,action,to and optionally probability,reward"
-    )]
+    #[error("the column {column:?} is missing; {HEADER}")]
     MissingColumn {
         /// Its name.
         column: &'static str,
     },
     /// A column nobody knows.
-    #[error("unknown column {column:?}{}; the header is from,action,to and optionally probability,reward", suggestion(.nearest))]
+    #[error("unknown column {column:?}{}; {HEADER}", suggestion(.nearest))]
     UnknownColumn {
         /// Its name.
         column: String,
         /// The closest name there is.
         nearest: Option<String>,
     },
+    /// Chances in a file whose lines are actions of their own.
+    #[error(
+        "the column \"probability\" needs the column \"action\": without that each line is an action of its own, which \
+         always leads where the line says"
+    )]
+    ProbabilityWithoutAction,
     /// The same column twice.
     #[error("the column {column:?} is given twice")]
     DuplicateColumn {

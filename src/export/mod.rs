@@ -1,4 +1,4 @@
-//! Exports of a run for other programs: tables as CSV, Parquet or NumPy arrays, the graph as GraphML or DOT.
+//! Exports of a run for other programs: tables as CSV, Parquet or NumPy arrays, the graph as GraphML, DOT or Matrix Market.
 //!
 //! Four tables over all seeds that have ended, each with the column `seed` in front:
 //!
@@ -6,11 +6,11 @@
 //! |---|---|---|
 //! | `episodes` | episode | those of `episodes.csv` |
 //! | `refreshes` | refresh of the spectrum or of the potential | those of `refreshes.csv` |
-//! | `states` | state | number, `row` and `col` or `name`, `potential`, `visits`, `greedy` |
-//! | `transitions` | (state, action, next state) that was seen | `from`, `action`, `to`, `count`, `reward_sum`, `terminal` |
+//! | `states` | state | number, `row` and `col` or `name`, `potential`, `visits`, `greedy`, `greedy_name` |
+//! | `transitions` | (state, action, next state) that was seen | `from`, `action`, `to`, `count`, `reward_sum`, `terminal`, `action_name` |
 //!
 //! CSV and Parquet make a folder of four files, `npz` one file with an array for each column (`episodes/length`) and the
-//! eigenvectors of each seed (`eigenvectors/seed-0000`). GraphML and DOT hold one graph, so they want one seed.
+//! eigenvectors of each seed (`eigenvectors/seed-0000`). GraphML, DOT and Matrix Market hold one graph, so they want one seed.
 
 mod arrays;
 mod error;
@@ -42,9 +42,16 @@ pub enum Format {
     GraphMl,
     /// The graph, for Graphviz.
     Dot,
+    /// The undirected graph in order of discovery, for [`matrix_market`](crate::graph::matrix_market).
+    MatrixMarket,
 }
 
 impl Format {
+    /// Whether it is of one graph, as one text.
+    pub fn is_graph(self) -> bool {
+        matches!(self, Format::GraphMl | Format::Dot | Format::MatrixMarket)
+    }
+
     /// Whether this program was built with it.
     pub fn is_built(self) -> bool {
         self != Format::Parquet || cfg!(feature = "parquet")
@@ -80,7 +87,7 @@ pub fn export(
                 .map_err(ExportError::write(out))?;
             Ok(vec![out.to_owned()])
         }
-        Format::GraphMl | Format::Dot => {
+        Format::GraphMl | Format::Dot | Format::MatrixMarket => {
             let seed = source.only_seed()?;
             let graph = seed.graph()?;
             write_atomically(out, |file| write_graph(file, &graph, format))
@@ -114,5 +121,6 @@ fn extension(format: Format) -> &'static str {
         Format::Npz => "npz",
         Format::GraphMl => "graphml",
         Format::Dot => "dot",
+        Format::MatrixMarket => "mtx",
     }
 }

@@ -4,7 +4,7 @@ use super::arrays::Matrix;
 use super::error::ExportError;
 use super::table::{Column, Table};
 use crate::archive::files::read_npy;
-use crate::archive::{GraphRow, is_run, names, seed_folder_name};
+use crate::archive::{GraphRow, is_run, names, read_action_names, seed_folder_name};
 use crate::env::Action;
 use crate::graph::{StateId, TransitionGraph, TransitionStats};
 use crate::memory;
@@ -35,6 +35,8 @@ pub struct NamedGraph {
     pub names: Vec<String>,
     /// φ of each state.
     pub potential: Vec<f64>,
+    /// Name of each action, where the run has written them.
+    pub action_names: Option<Vec<String>>,
 }
 
 /// Rows of a CSV file, with its header.
@@ -107,7 +109,7 @@ impl Source {
             from("episodes", &file(names::EPISODES))?,
             from("refreshes", &file(names::REFRESHES))?,
             from("states", &SourceSeed::states)?,
-            from("transitions", &file(names::GRAPH))?,
+            from("transitions", &SourceSeed::transitions)?,
         ])
     }
 
@@ -156,7 +158,15 @@ impl SourceSeed {
         let rows: Vec<GraphRow> = csv::Reader::from_path(&path)
             .and_then(|mut reader| reader.deserialize().collect())
             .map_err(|error| ExportError::damaged(&path, error.to_string()))?;
-        let num_actions = rows.iter().map(|row| usize::from(row.action) + 1).max();
+        let action_names = self.action_names()?;
+        let num_actions = match &action_names {
+            Some(names) => names.len(),
+            None => rows
+                .iter()
+                .map(|row| usize::from(row.action) + 1)
+                .max()
+                .unwrap_or(1),
+        };
         let transitions = rows.iter().map(|row| {
             let stats = TransitionStats {
                 action: Action(row.action),
@@ -166,11 +176,7 @@ impl SourceSeed {
             };
             (StateId(row.from), stats, StateId(row.to))
         });
-        let graph = TransitionGraph::from_transitions(
-            num_actions.unwrap_or(1),
-            states.rows.len(),
-            transitions,
-        );
+        let graph = TransitionGraph::from_transitions(num_actions, states.rows.len(), transitions);
         let names = states.rows.iter().map(|row| {
             let label: Vec<&str> = row.iter().take(place).skip(1).collect();
             label.join(",")
@@ -179,7 +185,33 @@ impl SourceSeed {
             graph: graph.map_err(|source| ExportError::Graph { path, source })?,
             names: names.collect(),
             potential: array(&self.folder.join(names::POTENTIAL))?.1,
+            action_names,
         })
+    }
+
+    /// Names of the actions, if they are there.
+    fn action_names(&self) -> Result<Option<Vec<String>>, ExportError> {
+        let path = self.folder.join(names::ACTIONS);
+        read_action_names(&self.folder)
+            .map_err(|error| ExportError::damaged(&path, error.to_string()))
+    }
+
+    /// `graph.csv`, and in a last column what each action is called, if that is known.
+    fn transitions(&self) -> Result<Rows, ExportError> {
+        let mut rows = Rows::read(&self.folder, names::GRAPH)?;
+        let (Some(action_names), Some(place)) = (
+            self.action_names()?,
+            rows.names.iter().position(|name| name == "action"),
+        ) else {
+            return Ok(rows);
+        };
+        rows.names.push("action_name".to_owned());
+        for row in &mut rows.rows {
+            let number = row.get(place).and_then(|field| field.parse::<usize>().ok());
+            let name = number.and_then(|number| action_names.get(number));
+            row.push_field(name.map_or("", String::as_str));
+        }
+        Ok(rows)
     }
 
     /// `states.csv`, φ, and `policy.csv` side by side.

@@ -38,7 +38,7 @@ const NUMBERS: [&str; 9] = [
 ];
 
 /// Columns that hold names, also where all of them happen to be numbers.
-const TEXTS: [&str; 2] = ["name", "status"];
+const TEXTS: [&str; 4] = ["name", "status", "greedy_name", "action_name"];
 
 impl Column {
     /// The column called `name` with these fields of a CSV file, an empty one meaning none. Its kind follows from the name

@@ -1,26 +1,27 @@
 //! Transitions as a [Graphviz](https://graphviz.org) DOT file, by petgraph's writer.
 
-use super::export::{NodeAttributes, mean_reward};
-use super::{StateId, TransitionGraph};
+use super::export::{GraphAttributes, mean_reward};
+use super::{StateId, TransitionGraph, TransitionStats};
 use petgraph::dot::{Config, Dot};
 use std::io;
 
-/// Writes the digraph of tried transitions: nodes with name and φ, edges with action, count and mean reward, transitions
-/// that ended an episode in bold.
+/// Writes the digraph of tried transitions: nodes with name and φ, edges with the action's name (else `a` and its number),
+/// count and mean reward, transitions that ended an episode in bold.
 ///
 /// # Errors
 /// Those of `out`.
 ///
 /// # Panics
-/// If `attributes` has not one value per state.
+/// If `attributes` has not one value per state and one name per action.
 pub fn write_dot(
     out: &mut impl io::Write,
     graph: &TransitionGraph,
-    attributes: &NodeAttributes,
+    attributes: &GraphAttributes,
 ) -> io::Result<()> {
     attributes.check(graph);
     let config = [Config::NodeNoLabel, Config::EdgeNoLabel];
-    let edge = |_, edge: petgraph::graph::EdgeReference<_>| edge_attributes(edge.weight());
+    let edge =
+        |_, edge: petgraph::graph::EdgeReference<_>| edge_attributes(edge.weight(), attributes);
     let node = |_, (node, _): (petgraph::graph::NodeIndex, _)| {
         node_attributes(StateId(node.index() as u32), attributes)
     };
@@ -31,17 +32,19 @@ pub fn write_dot(
     )
 }
 
-fn edge_attributes(stats: &super::TransitionStats) -> String {
+fn edge_attributes(stats: &TransitionStats, attributes: &GraphAttributes) -> String {
     let style = if stats.terminal { " style = bold" } else { "" };
+    let action = attributes
+        .action_name(stats.action)
+        .map_or_else(|| format!("a{}", stats.action.0), escape);
     format!(
-        "label = \"a{} ×{} r={}\"{style}",
-        stats.action.0,
+        "label = \"{action} ×{} r={}\"{style}",
         stats.count,
         mean_reward(stats)
     )
 }
 
-fn node_attributes(state: StateId, attributes: &NodeAttributes) -> String {
+fn node_attributes(state: StateId, attributes: &GraphAttributes) -> String {
     let name = attributes
         .name(state)
         .map_or_else(|| state.0.to_string(), escape);
@@ -70,10 +73,12 @@ mod tests {
         graph.record(a, Action(1), -1.0, b, true);
         graph.record(a, Action(1), -2.0, b, false);
         graph.record(b, Action(0), 0.0, b, false);
+        let actions = ["stay".to_string(), "go \"on\"".to_string()];
         let names = ["say \"hi\"".to_string(), "C:\\tmp\nx".to_string()];
-        let attributes = NodeAttributes {
+        let attributes = GraphAttributes {
             names: Some(&names),
             potential: Some(&[-1.5, 0.0]),
+            action_names: Some(&actions),
         };
         let mut bytes = Vec::new();
         write_dot(&mut bytes, &graph, &attributes).unwrap();
@@ -90,8 +95,8 @@ mod tests {
                 "digraph {",
                 r#"0 [ label = "say \"hi\"\nφ=-1.5" phi = "-1.5"]"#,
                 r#"1 [ label = "C:\\tmp\nx\nφ=0" phi = "0"]"#,
-                r#"0 -> 1 [ label = "a1 ×2 r=-1.5" style = bold]"#,
-                r#"1 -> 1 [ label = "a0 ×1 r=0"]"#,
+                r#"0 -> 1 [ label = "go \"on\" ×2 r=-1.5" style = bold]"#,
+                r#"1 -> 1 [ label = "stay ×1 r=0"]"#,
                 "}"
             ]
         );

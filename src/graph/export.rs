@@ -1,19 +1,22 @@
 //! Attributes of nodes and edges, which the graph writers share.
 
 use super::{StateId, TransitionGraph, TransitionStats};
+use crate::env::Action;
 
-/// Attributes to write beside the number of each state; empty by default.
+/// Attributes to write beside the numbers of states and actions; empty by default.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NodeAttributes<'a> {
+pub struct GraphAttributes<'a> {
     /// A name for each state, n of them.
     pub names: Option<&'a [String]>,
     /// The potential φ of each state, n values.
     pub potential: Option<&'a [f64]>,
+    /// A name for each action.
+    pub action_names: Option<&'a [String]>,
 }
 
-impl<'a> NodeAttributes<'a> {
+impl<'a> GraphAttributes<'a> {
     /// # Panics
-    /// Unless there is one of each per state.
+    /// Unless there is one of each per state, and a name for each action.
     pub(super) fn check(&self, graph: &TransitionGraph) {
         let n = graph.num_states();
         assert!(
@@ -24,10 +27,20 @@ impl<'a> NodeAttributes<'a> {
             self.potential.is_none_or(|phi| phi.len() == n),
             "one potential for each of {n} states"
         );
+        let actions = graph.num_actions();
+        assert!(
+            self.action_names.is_none_or(|names| names.len() >= actions),
+            "one name for each of {actions} actions"
+        );
     }
 
     pub(super) fn name(&self, state: StateId) -> Option<&'a str> {
         self.names.map(|names| names[state.index()].as_str())
+    }
+
+    pub(super) fn action_name(&self, action: Action) -> Option<&'a str> {
+        self.action_names
+            .map(|names| names[action.index()].as_str())
     }
 
     pub(super) fn phi(&self, state: StateId) -> Option<f64> {

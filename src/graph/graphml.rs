@@ -1,6 +1,6 @@
 //! Transitions as [GraphML](http://graphml.graphdrawing.org), which Gephi, yEd, networkx and igraph read.
 
-use super::export::{NodeAttributes, mean_reward};
+use super::export::{GraphAttributes, mean_reward};
 use super::{StateId, TransitionGraph};
 use petgraph::visit::EdgeRef;
 use std::borrow::Cow;
@@ -14,21 +14,22 @@ const HEAD: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   <key id="count" for="edge" attr.name="count" attr.type="long"/>
   <key id="mean_reward" for="edge" attr.name="mean_reward" attr.type="double"/>
   <key id="terminal" for="edge" attr.name="terminal" attr.type="boolean"/>
+  <key id="action_name" for="edge" attr.name="action_name" attr.type="string"/>
   <graph id="transitions" edgedefault="directed">
 "#;
 
-/// Writes the digraph of tried transitions: nodes `n0, n1, …` with name and φ, edges with action, count, mean reward and
-/// whether they ended an episode.
+/// Writes the digraph of tried transitions: nodes `n0, n1, …` with name and φ, edges with action, count, mean reward,
+/// whether they ended an episode, and the action's name.
 ///
 /// # Errors
 /// Those of `out`; give it a buffer.
 ///
 /// # Panics
-/// If `attributes` has not one value per state.
+/// If `attributes` has not one value per state and one name per action.
 pub fn write_graphml(
     out: &mut impl io::Write,
     graph: &TransitionGraph,
-    attributes: &NodeAttributes,
+    attributes: &GraphAttributes,
 ) -> io::Result<()> {
     attributes.check(graph);
     out.write_all(HEAD.as_bytes())?;
@@ -60,11 +61,11 @@ pub fn write_graphml(
             "<data key=\"mean_reward\">{}</data>",
             double(mean_reward(stats))
         )?;
-        writeln!(
-            out,
-            "<data key=\"terminal\">{}</data></edge>",
-            stats.terminal
-        )?;
+        write!(out, "<data key=\"terminal\">{}</data>", stats.terminal)?;
+        if let Some(name) = attributes.action_name(stats.action) {
+            write!(out, "<data key=\"action_name\">{}</data>", escape(name))?;
+        }
+        writeln!(out, "</edge>")?;
     }
     out.write_all(b"  </graph>\n</graphml>\n")
 }

@@ -41,7 +41,7 @@ pub use adjacency::Adjacency;
 pub use connectivity::{HopSearch, Links};
 pub use eigentrail_spectra::SymmetricCsr;
 pub use error::GraphError;
-pub use export::NodeAttributes;
+pub use export::GraphAttributes;
 #[cfg(feature = "matrix-market")]
 pub use matrix_market::MatrixMarketError;
 pub use state_graph::StateGraph;

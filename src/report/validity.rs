@@ -59,7 +59,7 @@ pub fn validity(scenario: &Scenario, seed: &RecordedSeed) -> Vec<Check> {
             checks.extend(on_the_model(scenario, seed, &world, index));
         }
         Ok(World::Listed(world, names)) => {
-            let index = |label: &str| names.iter().position(|name| name == label);
+            let index = |label: &str| names.states.iter().position(|name| name == label);
             checks.extend(on_the_model(scenario, seed, &world, index));
         }
         Err(error) => checks.push(Check {

@@ -61,7 +61,7 @@ pub fn require_memory(
 ) -> Result<(), RunnerError> {
     let states = match world {
         World::Grid(map) => map.layout().num_free(),
-        World::Listed(_, names) => names.len(),
+        World::Listed(_, names) => names.states.len(),
     };
     let one = estimated_bytes(scenario, states, world.num_actions());
     let what = match at_once {

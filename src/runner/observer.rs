@@ -7,8 +7,8 @@ use crate::archive::{
     ArchiveError, EpisodeRow, GraphRow, PolicyRow, RefreshRow, SeedResult, SeedTiming,
 };
 use crate::engine::{EpisodeRecord, RefreshRecord};
-use crate::env::StepStatus;
 use crate::env::layouts::{Cell, Layout};
+use crate::env::{Action, StepStatus};
 use crate::graph::{StateId, TransitionGraph};
 use crate::scenario::Scenario;
 use crate::shaping::PotentialTable;
@@ -118,6 +118,8 @@ pub struct Knowledge<'a> {
     pub eigenpairs: Option<&'a Eigenpairs>,
     /// Fields of a state's label in tables, below [`columns`](Self::columns).
     pub label: Box<dyn Fn(StateId) -> Vec<String> + 'a>,
+    /// Name of an action.
+    pub action: Box<dyn Fn(Action) -> &'a str + 'a>,
     /// The map, if there is one.
     pub map: Option<KnownMap<'a>>,
 }
@@ -148,6 +150,12 @@ impl Knowledge<'_> {
     pub fn labels(&self) -> Vec<String> {
         let label = |state| (self.label)(state).join(",");
         self.states().map(label).collect()
+    }
+
+    /// Names of the actions, in the order of their numbers.
+    pub fn action_names(&self) -> Vec<&'_ str> {
+        let actions = (0..self.graph.num_actions()).map(|action| Action(action as u16));
+        actions.map(|action| (self.action)(action)).collect()
     }
 
     /// Rows of `graph.csv`, in the order in which the transitions were first seen.

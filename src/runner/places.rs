@@ -1,16 +1,20 @@
-//! Places of the states of a run: on a map, or in a list of names.
+//! Places of the states of a run, on a map or in a list of names, and what its actions are called.
 
 use super::observer::{Knowledge, KnownMap};
 use crate::engine::ShapingPipeline;
-use crate::env::MdpState;
 use crate::env::layouts::{Cell, Layout};
+use crate::env::{Action, GridWorld, MdpState};
 use crate::graph::StateId;
+use crate::scenario::Names;
 use std::hash::Hash;
 
 /// Names of the states of a world, and where they are on the map if there is one.
 pub(super) trait Places<S> {
     /// Row and column of a state, or its name.
     fn label(&self, state: &S) -> Vec<String>;
+
+    /// Name of an action.
+    fn action(&self, action: Action) -> &str;
 
     /// The map, if there is one.
     fn map(&self) -> Option<Map<'_, S>>;
@@ -26,15 +30,23 @@ impl Places<Cell> for Layout {
         vec![row.to_string(), col.to_string()]
     }
 
+    fn action(&self, action: Action) -> &str {
+        GridWorld::ACTION_NAMES[action.index()]
+    }
+
     fn map(&self) -> Option<Map<'_, Cell>> {
         Some((self, |cell| *cell))
     }
 }
 
-/// Names by the number of a state.
-impl Places<MdpState> for Vec<String> {
+/// Names by number.
+impl Places<MdpState> for Names {
     fn label(&self, state: &MdpState) -> Vec<String> {
-        vec![self[state.index()].clone()]
+        vec![self.states[state.index()].clone()]
+    }
+
+    fn action(&self, action: Action) -> &str {
+        &self.actions[action.index()]
     }
 
     fn map(&self) -> Option<Map<'_, MdpState>> {
@@ -57,6 +69,7 @@ pub(super) fn knowledge<'a, S: Clone + Eq + Hash>(
         potential: pipeline.potential(),
         eigenpairs: pipeline.spectrum().eigenpairs(),
         label: Box::new(move |id| places.label(state(id))),
+        action: Box::new(|action| places.action(action)),
         map,
     }
 }

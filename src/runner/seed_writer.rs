@@ -3,8 +3,8 @@
 use super::observer::{Episode, Refresh, RunObserver, RunState};
 use super::snapshots::Snapshots;
 use crate::archive::{
-    ArchiveError, SeedTables, names, write_graph, write_matrix, write_policy, write_potential,
-    write_snapshots, write_states,
+    ArchiveError, SeedTables, names, write_actions, write_graph, write_matrix, write_policy,
+    write_potential, write_snapshots, write_states,
 };
 use crate::shaping::Potential;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ impl RunObserver for SeedWriter {
     }
 }
 
-/// Writer of what is drawn on maps: states, snapshots, graph and policy.
+/// Writer of what is drawn on maps: states, snapshots, graph, actions and policy.
 pub(super) struct SightsWriter {
     folder: PathBuf,
     snapshots: Snapshots,
@@ -94,6 +94,8 @@ impl RunObserver for SightsWriter {
         let frames = self.snapshots.up_to_now(run.steps(), &known);
         write_snapshots(&self.folder, &frames)?;
         write_graph(&self.folder, known.graph_rows())?;
-        write_policy(&self.folder, run.policy())
+        let actions = known.action_names();
+        write_actions(&self.folder, &actions)?;
+        write_policy(&self.folder, run.policy(), &actions)
     }
 }

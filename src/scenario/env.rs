@@ -83,7 +83,7 @@ impl EnvKind {
     }
 
     /// The keys that mean something for some kinds only.
-    fn own_keys(self) -> &'static [&'static str] {
+    pub(super) fn own_keys(self) -> &'static [&'static str] {
         match self {
             EnvKind::Open => &["rows", "cols", "actions"],
             EnvKind::Rooms => &["rows", "cols", "room", "doors", "seed", "actions"],
@@ -97,6 +97,12 @@ impl EnvKind {
             EnvKind::Cliff | EnvKind::Taxi => &[],
             EnvKind::Bridge => &["fall"],
         }
+    }
+
+    /// Whether `key` means something for it, as far as that depends on the kind.
+    pub(super) fn has_use_for(self, key: &str) -> bool {
+        let is_own = |kind: &EnvKind| kind.own_keys().contains(&key);
+        is_own(&self) || !EnvKind::ALL.iter().any(is_own)
     }
 
     /// Whether it is a board of the field, which says itself where episodes begin and end and what steps pay.
@@ -213,8 +219,8 @@ pub struct EnvParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_rewards())]
     pub rewards: Option<BTreeMap<String, f64>>,
-    /// edge-list: a CSV file with the header from,action,to and optionally probability,reward; a relative path
-    /// begins at the folder of the scenario.
+    /// edge-list: a CSV file with the header from,action,to and optionally probability,reward, or from,to and optionally
+    /// reward: then each line is an action of its own. A relative path begins at the folder of the scenario.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = "world.csv")]
     pub file: Option<PathBuf>,
@@ -225,7 +231,8 @@ pub struct EnvParams {
     pub actions: Option<Actions>,
     /// Where episodes begin: "random", [row, column], "top-left" (the default), "top-right", "bottom-left",
     /// "bottom-right", "center"; ascii: the `S` of the map; edge-list: a state (the first of the file). Or one of
-    /// several places, drawn for each episode: [{ at = PLACE, weight = NUMBER }, ...], as often as their weights (1) say.
+    /// several places, drawn for each episode: [PLACE, ...], or [{ at = PLACE, weight = NUMBER }, ...], as often as their
+    /// weights (1) say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
     /// Where episodes end: places as for `start`, and "farthest" (from the start); the default is "bottom-right",

@@ -46,7 +46,7 @@ pub use potential_file::PotentialFile;
 pub use shipped::{Shipped, report_scenarios, shipped};
 pub use start::{Start, WeightedPlace};
 pub use template::template;
-pub use world::{MovedWorld, World};
+pub use world::{MovedWorld, Names, World};
 pub use worlds::Worlds;
 
 use crate::agent::{AgentParams, Untried};

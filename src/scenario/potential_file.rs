@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 const KEY: &str = "shaping.file";
 const VALUE: &str = "potential";
 /// Columns of `states.csv` that say nothing of φ.
-const PASSED_OVER: [&str; 4] = ["seed", "state", "visits", "greedy"];
+const PASSED_OVER: [&str; 5] = ["seed", "state", "visits", "greedy", "greedy_name"];
 /// What some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
@@ -201,13 +201,13 @@ impl<'w> States<'w> {
             }
             World::Listed(world, names) => {
                 let numbers: HashMap<&str, usize> =
-                    names.iter().map(String::as_str).zip(0..).collect();
+                    names.states.iter().map(String::as_str).zip(0..).collect();
                 Self {
                     count: world.mdp().num_states(),
                     columns: &["name"],
                     find: Box::new(move |name| {
                         numbers.get(name[0]).copied().ok_or_else(|| {
-                            let meant = nearest(name[0], names.iter().map(String::as_str));
+                            let meant = nearest(name[0], names.states.iter().map(String::as_str));
                             let meant =
                                 meant.map_or(String::new(), |m| format!("; did you mean {m:?}?"));
                             format!("no state is named {:?}{meant}", name[0])
@@ -259,7 +259,7 @@ mod tests {
             values(MAP, "row,col,potential\n1,1,-1\n0,0,-3.5\n"),
             [Some(-3.5), None, None, Some(-1.0), None]
         );
-        let exported = "\u{feff}seed,state,row,col,potential,visits,greedy\r\n7,0, 0 ,1,1e3,5,\r\n7,1,1,2,-0,5,2\r\n";
+        let exported = "\u{feff}seed,state,row,col,potential,visits,greedy,greedy_name\r\n7,0, 0 ,1,1e3,5,,\r\n7,1,1,2,-0,5,2,down\r\n";
         assert_eq!(
             values(MAP, exported),
             [None, Some(1000.0), None, None, Some(0.0)]

@@ -1,9 +1,9 @@
-//! Where episodes begin, as it is written: one place, or several with weights.
+//! Where episodes begin, as it is written: one place, or several, with weights or without.
 
 use super::error::BrokenRule;
 use super::place::Place;
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
@@ -15,7 +15,7 @@ pub enum Start {
     /// In one place, or in a random one.
     At(Place),
     /// In one of several, drawn for each episode.
-    Drawn(Vec<WeightedPlace>),
+    Drawn(#[schemars(with = "Vec<ListedPlace>")] Vec<WeightedPlace>),
 }
 
 /// One of several starts.
@@ -31,6 +31,22 @@ pub struct WeightedPlace {
 
 fn one() -> f64 {
     1.0
+}
+
+/// How one of several starts is written.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "describes the format to the schema")]
+enum ListedPlace {
+    /// As likely as any other without a weight.
+    Place(Place),
+    Weighted(WeightedPlace),
+}
+
+impl From<Place> for WeightedPlace {
+    fn from(at: Place) -> Self {
+        Self { at, weight: one() }
+    }
 }
 
 impl Start {
@@ -72,7 +88,16 @@ impl<'de> Deserialize<'de> for Item {
             type Value = Item;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a row or column counted from 0, or { at = PLACE, weight = NUMBER }")
+                f.write_str(
+                    "a row or column counted from 0, a place, or { at = PLACE, weight = NUMBER }",
+                )
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Item, E> {
+                Ok(Item::Place(Place::from(name).into()))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Item, A::Error> {
+                let place = Place::deserialize(SeqAccessDeserializer::new(seq))?;
+                Ok(Item::Place(place.into()))
             }
             fn visit_i64<E: de::Error>(self, number: i64) -> Result<Item, E> {
                 let coordinate = usize::try_from(number);
@@ -100,7 +125,7 @@ impl<'de> Deserialize<'de> for Start {
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "a place: a name such as \"top-left\", or [row, column] counted from 0; or a list of \
+                    "a place: a name such as \"top-left\", or [row, column] counted from 0; or a list of places, or of \
                      { at = PLACE, weight = NUMBER }",
                 )
             }
@@ -151,7 +176,11 @@ mod tests {
             weighted(Place::from("top-left"), 2.0),
             weighted(Place::Cell([3, 4]), 1.0),
         ];
+        let equally = ["top-left", "center"].map(|name| Place::from(name).into());
+        let cells = [[1, 2], [3, 4]].map(|cell| Place::Cell(cell).into());
         for (text, start) in [
+            ("[\"top-left\", \"center\"]", Start::Drawn(equally.to_vec())),
+            ("[[1, 2], [3, 4]]", Start::Drawn(cells.to_vec())),
             ("\"random\"", Start::At(Place::from("random"))),
             ("[3, 4]", Start::At(Place::Cell([3, 4]))),
             (
@@ -171,7 +200,7 @@ mod tests {
     fn nonsense_is_told_what_was_expected() {
         for text in ["3", "[1]", "[1, 2, 3]", "[1, { at = [1, 2] }]"] {
             let message = read(text).unwrap_err().message().to_owned();
-            assert!(message.contains("a list of { at = PLACE"), "{message}");
+            assert!(message.contains("a list of places, or of"), "{message}");
         }
         assert!(read("[1, -2]").unwrap_err().message().contains("-2"));
         let error = read("[{ at = \"center\", wieght = 2 }]").unwrap_err();

@@ -1,6 +1,6 @@
 //! A new scenario with every key, its default and what it means, from the types themselves.
 
-use super::{EnvKind, Scenario};
+use super::{EnvKind, EnvParams, GoalSpec, Goals, Place, Scenario, Start};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -8,14 +8,19 @@ use std::path::Path;
 /// Longest line of a comment.
 const WIDTH: usize = 110;
 
-/// A scenario file that says what every key means. The keys are commented out: what is not said keeps its default.
-pub fn template(name: &str) -> String {
+/// A scenario file that says what every key means. The keys are commented out: what is not said keeps its default. With a kind
+/// of world, the keys that make one of it are not, and those of other kinds are left out.
+pub fn template(name: &str, kind: Option<EnvKind>) -> String {
     let schema = Scenario::json_schema();
+    let world = kind.map(world_of).unwrap_or_default();
     let defaults = examples();
     let mut text = format!(
         "# {name}: what it shows.\n# What to expect.\n\nname = {}\n",
         toml::Value::from(name)
     );
+    if kind == Some(EnvKind::EdgeList) {
+        text += EDGE_LIST;
+    }
     for (section, about) in properties(&schema, &schema) {
         let Some(section_default) = defaults.get(&section).and_then(toml::Value::as_table) else {
             continue;
@@ -23,6 +28,13 @@ pub fn template(name: &str) -> String {
         let _ = writeln!(text, "\n{}[{section}]", comment(&about));
         let object = resolve(&schema, &schema["properties"][&section]);
         for (key, about) in properties(&schema, object) {
+            if section == "env" && kind.is_some_and(|kind| !kind.has_use_for(&key)) {
+                continue;
+            }
+            if let Some(value) = world.get(&key).filter(|_| section == "env") {
+                let _ = writeln!(text, "{}{key} = {value}", comment(&about));
+                continue;
+            }
             let assignment = match section_default.get(&key) {
                 Some(value) => format!("{key} = {value}"),
                 None => format!("{key} = {}{NOT_SET}", example(&object["properties"][&key])),
@@ -45,6 +57,47 @@ const ARMS: &str = "
 #about = \"a potential twice as steep\"
 #\"shaping.scale_factor\" = 8.0
 ";
+
+/// What stands beside a scenario of an edge list.
+const EDGE_LIST: &str = "
+# The edges stand in a CSV file beside this one, and start and goals name states of it. Here, in world.csv:
+#
+#from,action,to,probability,reward
+#hall,north,kitchen,0.9,
+#hall,north,hall,0.1,
+#hall,east,stairs,,-2
+#kitchen,east,garden,,
+#stairs,down,garden,,
+#
+# probability and reward may be left out. With from,to alone each line is an action of its own.
+";
+
+/// The keys of [env] that make a world of this kind.
+fn world_of(kind: EnvKind) -> toml::Table {
+    let mut env = EnvParams {
+        kind,
+        ..EnvParams::default()
+    };
+    match kind {
+        EnvKind::Ascii => env.map = Some("S..#\n...G\n".to_owned()),
+        EnvKind::EdgeList => {
+            env.file = Some("world.csv".into());
+            let starts = ["hall", "kitchen"].map(|name| Place::from(name).into());
+            env.start = Some(Start::Drawn(starts.to_vec()));
+            let goal = GoalSpec {
+                at: Place::from("garden"),
+                reward: None,
+            };
+            env.goals = Some(Goals::Listed(vec![goal]));
+        }
+        _ => {}
+    }
+    env.fill_defaults();
+    let mut keys = toml::Table::try_from(&env).expect("a section is a table");
+    let shared = ["kind", "start", "goals"];
+    keys.retain(|key, _| shared.contains(&key) || kind.own_keys().contains(&key));
+    keys
+}
 
 /// The first example that the schema gives for a property, as TOML on one line.
 fn example(property: &Value) -> String {
@@ -133,7 +186,7 @@ mod tests {
     fn uncommented(wanted: impl Fn(&str, &str) -> bool) -> String {
         let mut section = String::new();
         let mut text = String::new();
-        for line in template("x").lines() {
+        for line in template("x", None).lines() {
             let bare = line.strip_prefix('#').filter(|bare| !bare.starts_with(' '));
             if let Some(header) = bare.unwrap_or(line).strip_prefix('[') {
                 section = header.trim_end_matches(']').to_owned();
@@ -153,7 +206,7 @@ mod tests {
                 name: "x".to_owned(),
                 ..empty.clone()
             },
-            parse(template("x"))
+            parse(template("x", None))
         );
         // Uncommented, every key that applies to the default kind must still mean the default.
         let foreign = [
@@ -177,10 +230,40 @@ mod tests {
     }
 
     #[test]
+    fn a_template_of_a_kind_is_a_scenario_of_it() {
+        for kind in EnvKind::ALL {
+            let folder = tempfile::tempdir().unwrap();
+            let text = template("x", Some(kind));
+            // The example of a file is one that goes with the keys.
+            let csv = text.lines().skip_while(|line| !line.starts_with("#from,"));
+            let csv = csv.map_while(|line| line.strip_prefix('#').filter(|row| !row.is_empty()));
+            let rows: String = csv.map(|row| format!("{row}\n")).collect();
+            std::fs::write(folder.path().join("world.csv"), rows).unwrap();
+            let loaded = Scenario::parse(&folder.path().join("x.toml"), text.clone(), &[]);
+            let mut made = loaded.unwrap_or_else(|error| panic!("{error}")).scenario;
+            assert_eq!(made.env.kind, kind);
+            for key in kind.own_keys().iter().filter(|key| **key != "rewards") {
+                assert!(
+                    text.contains(&format!("\n{key} = ")),
+                    "{}: {key}",
+                    kind.name()
+                );
+            }
+            assert_eq!(text.contains("doors = "), kind == EnvKind::Rooms);
+            if !matches!(kind, EnvKind::Ascii | EnvKind::EdgeList) {
+                // What is written out is the default of the kind.
+                let bare = format!("name = \"x\"\n[env]\nkind = \"{}\"\n", kind.name());
+                made.env.fill_defaults();
+                assert_eq!(made, parse(bare));
+            }
+        }
+    }
+
+    #[test]
     fn the_arm_and_every_example_can_be_uncommented() {
         let arms = uncommented(|section, _| section.starts_with("arms"));
         assert_eq!(parse(arms).arms["steep"].base.as_deref(), Some("gcn"));
-        let text = template("x");
+        let text = template("x", None);
         let examples: Vec<&str> = text.lines().filter(|l| l.ends_with(NOT_SET)).collect();
         assert!(examples.len() > 5, "{examples:?}");
         for example in examples {

@@ -18,8 +18,24 @@ use rand_chacha::ChaCha8Rng;
 pub enum World {
     /// A map.
     Grid(GridWorld),
-    /// An edge list, a board of the field, or a map for a walker that turns, with the names of its states by their numbers.
-    Listed(TabularEnvironment, Vec<String>),
+    /// An edge list, a board of the field, or a map for a walker that turns, with the names of what is in it.
+    Listed(TabularEnvironment, Names),
+}
+
+/// Names of a world's states and actions, by their numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// Those of the states.
+    pub states: Vec<String>,
+    /// Those of the actions.
+    pub actions: Vec<String>,
+}
+
+impl Names {
+    fn new(states: Vec<String>, actions: &[&str]) -> Self {
+        let actions = actions.iter().map(|&name| name.to_owned()).collect();
+        Self { states, actions }
+    }
 }
 
 /// A world whose goals have moved.
@@ -136,7 +152,8 @@ impl EnvParams {
                     false => board.environment(max_steps, rng),
                 };
                 let world = world.map_err(|e| self.blame(e, goals))?;
-                World::Listed(world, board.state_names().to_vec())
+                let names = Names::new(board.state_names().to_vec(), board.action_names());
+                World::Listed(world, names)
             }
             (None, None) => {
                 let layout = self.layout(goals, seed)?;
@@ -146,7 +163,8 @@ impl EnvParams {
                     Actions::Moves => World::Grid(map),
                     Actions::Turns => {
                         let world = map.turning().map_err(|e| self.blame(e, goals))?;
-                        World::Listed(world, map.turning_names())
+                        let actions = &GridWorld::TURNING_ACTION_NAMES;
+                        World::Listed(world, Names::new(map.turning_names(), actions))
                     }
                 }
             }
@@ -196,8 +214,11 @@ impl EnvParams {
         goals: GoalList,
         rng: ChaCha8Rng,
     ) -> Result<World, BrokenRule> {
-        let names: Vec<String> = list.state_names().map(str::to_owned).collect();
-        let params = self.edge_list_params(list, &names[0], goals)?;
+        let names = Names {
+            states: list.state_names().map(str::to_owned).collect(),
+            actions: list.action_names().map(str::to_owned).collect(),
+        };
+        let params = self.edge_list_params(list, &names.states[0], goals)?;
         let world = list.environment(&params, rng);
         let world = world.map_err(|e| self.blame(e, goals))?;
         Ok(World::Listed(world, names))
@@ -353,7 +374,7 @@ impl World {
                 let (row, col) = world.layout().position(cell);
                 format!("[{row}, {col}]")
             }
-            World::Listed(_, names) => format!("{:?}", names[state]),
+            World::Listed(_, names) => format!("{:?}", names.states[state]),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use eigentrail::env::Action;
 use eigentrail::graph::{
-    NodeAttributes, StateId, TransitionGraph, dot::write_dot, graphml::write_graphml,
+    GraphAttributes, StateId, TransitionGraph, dot::write_dot, graphml::write_graphml,
 };
 use proptest::prelude::*;
 
@@ -82,9 +82,10 @@ proptest! {
     #[test]
     fn graphml_is_well_formed_and_names_survive(names in proptest::collection::vec("[ -~é<>&\"'\r\n]{0,12}", 1..6)) {
         let graph = ring(names.len() as u32);
+        let actions = [names[0].clone(), "stay".to_owned()];
         let phi: Vec<f64> = (0..names.len()).map(|state| -(state as f64) / 3.0).collect();
         let mut bytes = Vec::new();
-        write_graphml(&mut bytes, &graph, &NodeAttributes { names: Some(&names), potential: Some(&phi) }).unwrap();
+        write_graphml(&mut bytes, &graph, &GraphAttributes { names: Some(&names), potential: Some(&phi), action_names: Some(&actions) }).unwrap();
         let found = elements(std::str::from_utf8(&bytes).unwrap());
         let data = |key: &str| -> Vec<String> {
             let attribute = format!("key=\"{key}\"");
@@ -93,6 +94,8 @@ proptest! {
         prop_assert_eq!(data("name"), names);
         prop_assert_eq!(data("phi").iter().map(|phi| phi.parse().unwrap()).collect::<Vec<f64>>(), phi);
         prop_assert_eq!(data("action").len(), graph.num_transitions());
+        let of_action = data("action").iter().map(|number| actions[number.parse::<usize>().unwrap()].clone()).collect::<Vec<_>>();
+        prop_assert_eq!(data("action_name"), of_action);
         prop_assert_eq!(data("mean_reward").iter().filter(|&mean| mean == "-0.5").count(), graph.num_states());
         let edges: Vec<&str> = found.iter().filter(|found| found.0 == "edge").map(|found| found.1.as_str()).collect();
         let first = format!("source=\"n0\" target=\"n{}\"", 1 % graph.num_states());
@@ -102,8 +105,9 @@ proptest! {
     #[test]
     fn quotes_in_dot_pair_up_whatever_the_names(names in proptest::collection::vec("[a-z\"\\\\\n]{0,8}", 1..6)) {
         let graph = ring(names.len() as u32);
+        let actions = [names[0].clone(), "stay".to_owned()];
         let mut bytes = Vec::new();
-        write_dot(&mut bytes, &graph, &NodeAttributes { names: Some(&names), potential: None }).unwrap();
+        write_dot(&mut bytes, &graph, &GraphAttributes { names: Some(&names), potential: None, action_names: Some(&actions) }).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         // Between the braces: one line per node and per edge, each with one pair of quotes that are not escaped.
         let lines: Vec<&str> = text.lines().filter(|line| line.contains("label")).collect();
@@ -122,9 +126,10 @@ proptest! {
 #[test]
 #[should_panic(expected = "one potential for each of 3 states")]
 fn attributes_of_the_wrong_length_panic() {
-    let attributes = NodeAttributes {
+    let attributes = GraphAttributes {
         names: None,
         potential: Some(&[0.0]),
+        action_names: None,
     };
     let _ = write_graphml(&mut Vec::new(), &ring(3), &attributes);
 }

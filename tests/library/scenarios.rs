@@ -211,8 +211,9 @@ fn any_map_can_be_walked_by_turns_and_nothing_else_can() {
         let World::Listed(_, listed) = world else {
             panic!("{text}: a map")
         };
-        assert_eq!((listed.len(), world.num_actions()), (names, 3));
-        assert_eq!(listed[..2], ["0,0,east", "0,0,south"]);
+        assert_eq!((listed.states.len(), world.num_actions()), (names, 3));
+        assert_eq!(listed.states[..2], ["0,0,east", "0,0,south"]);
+        assert_eq!(listed.actions, ["left", "right", "forward"]);
         assert_eq!(world.optimum().expected_steps, steps);
         assert_eq!(world.max_steps(), 10 * names);
     }

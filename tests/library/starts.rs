@@ -94,6 +94,12 @@ fn the_optimum_is_the_mean_of_the_single_ones() {
             "{kind}: {best:?}"
         );
         assert_eq!(whole.start_distribution().places().len(), 3);
+        // Places without weights are as likely as each other.
+        let equally = begin(&format!("[{one}, {two}, {three}]"));
+        let ones = format!("[{{ at = {one} }}, {{ at = {two} }}, {{ at = {three} }}]");
+        assert_eq!(equally.optimum(), begin(&ones).optimum());
+        let mixed = begin(&format!("[{one}, {{ at = {two} }}, {three}]"));
+        assert_eq!(equally.start_distribution(), mixed.start_distribution());
         // A list of one is that one.
         let alone = begin(&format!("[{{ at = {one}, weight = 9 }}]"));
         assert_eq!(alone.optimum(), begin(one).optimum());
@@ -197,7 +203,8 @@ fn starts_that_make_no_sense_are_refused() {
         ("[{ at = [99, 0] }]", "env.start[0].at"),
         ("[{ at = [0, 0], wieght = 2 }]", "did you mean `weight`"),
         ("[]", "name at least one place"),
-        ("[1]", "a list of { at = PLACE"),
+        ("[1]", "a list of places, or of"),
+        ("[\"center\", [99, 0]]", "env.start[1].at"),
     ] {
         let error = parse(&format!("[env]\nstart = {start}"))
             .map(|_| ())

@@ -374,7 +374,8 @@ mod graphs_refused {
     fn more_pairs_than_nodes() {
         let program = Program::new();
         let file = program.file("g.mtx", &path_graph(10));
-        program.refuses(&["track", file, "--k", "11"], 3, &["g.mtx", "11", "10"]);
+        let words = ["g.mtx: --k 11", "10 nodes", "--k 10 or less"];
+        program.refuses(&["track", file, "--k", "11"], 3, &words);
         for k in ["0", "-3", "many"] {
             program.refuses(
                 &["track", file, "--k", k],
@@ -675,7 +676,7 @@ mod runs {
             "{shown}"
         );
         let shown = program.prints(&["show", file, "--policy", "o"]);
-        assert!(shown.contains("shop → sea, the\n"), "{shown}");
+        assert!(shown.contains("shop: east → sea, the\n"), "{shown}");
     }
 
     #[test]
@@ -826,6 +827,7 @@ mod tracks {
             "updates",
             "total_seconds",
             "eigenvalues",
+            "laplacian",
         ];
         assert_eq!(fields, expected);
         assert_eq!(
@@ -906,6 +908,19 @@ mod tracks {
         let line = program.prints_json(&["track", file, "--k", "3", "--json"]);
         assert_eq!(line["updates"].as_array().unwrap().len(), 1);
         assert_eq!(line["eigenvalues"].as_array().unwrap().len(), 3);
+        // Unasked, the same with a word about it.
+        let said = predicate::str::contains("g.mtx: the graph has 3 nodes");
+        let output = program.call(&["track", file, "--json"]).assert().success();
+        let output = output.stderr(said).get_output().clone();
+        let unasked: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(unasked["k"], 3);
+        assert_eq!(unasked["eigenvalues"], line["eigenvalues"]);
+        let large = program.file("large.mtx", &path_graph(16));
+        program
+            .call(&["track", large])
+            .assert()
+            .success()
+            .stderr("");
     }
 
     #[test]

@@ -131,9 +131,12 @@ fn nothing_is_overwritten_without_a_word() {
     for format in ["csv", "npz"] {
         refused(&["run", "--to", format, "-o", "mine"], "--force");
         refused(&["nowhere", "--to", format], "not a run folder");
-        refused(&["run", "--to", format, "-o", "-"], "only graphml and dot");
+        refused(
+            &["run", "--to", format, "-o", "-"],
+            "only graphml, dot and mtx",
+        );
     }
-    for format in ["graphml", "dot"] {
+    for format in ["graphml", "dot", "mtx"] {
         refused(&["run", "--to", format, "-o", "x"], "run/seed-0000");
     }
     assert_eq!(

@@ -7,6 +7,7 @@ mod default_agent;
 mod export;
 mod interruptions;
 mod live_page;
+mod own_graphs;
 mod potential_kinds;
 #[path = "../common/program.rs"]
 mod program;

@@ -92,6 +92,7 @@ pub fn bridge(fall: Fall) -> Result<Board, EnvError> {
     Ok(Board {
         mdp,
         names: (0..states).map(|state| name(state, fall)).collect(),
+        actions: &["go", "side", "back"],
         starts: vec![START],
         reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,

@@ -35,6 +35,7 @@ pub fn cliff_walking() -> Result<Board, EnvError> {
     Ok(Board {
         mdp,
         names: field.names(),
+        actions: &["up", "right", "down", "left"],
         starts: vec![START],
         reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,

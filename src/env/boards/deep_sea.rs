@@ -97,6 +97,7 @@ fn board(size: usize, current: Current, rng: &mut ChaCha8Rng) -> Result<Board, E
     Ok(Board {
         mdp,
         names,
+        actions: &["0", "1"], // which of them goes right is another one in each cell
         starts: vec![0],
         reward_deviations,
         max_steps: size,

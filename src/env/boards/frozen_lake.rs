@@ -40,6 +40,7 @@ pub fn frozen_lake(size: usize) -> Result<Board, EnvError> {
     Ok(Board {
         mdp,
         names: field.names(),
+        actions: &["left", "down", "right", "up"],
         starts: vec![0],
         reward_deviations: Vec::new(),
         max_steps,

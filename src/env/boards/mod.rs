@@ -35,6 +35,7 @@ use rand_chacha::ChaCha8Rng;
 pub struct Board {
     mdp: TabularMdp,
     names: Vec<String>,
+    actions: &'static [&'static str],
     /// Equally likely.
     starts: Vec<usize>,
     /// One per state, or none: then rewards are what the MDP says.
@@ -51,6 +52,11 @@ impl Board {
     /// Names of the states, in the order of their numbers.
     pub fn state_names(&self) -> &[String] {
         &self.names
+    }
+
+    /// Names of the actions, in the order of their numbers.
+    pub fn action_names(&self) -> &'static [&'static str] {
+        self.actions
     }
 
     /// Where episodes begin, each equally likely.

@@ -46,6 +46,7 @@ pub fn river_swim(size: usize) -> Result<Board, EnvError> {
     Ok(Board {
         mdp,
         names: (0..size).map(|state| format!("s{state}")).collect(),
+        actions: &["left", "right"],
         starts: vec![0],
         reward_deviations: Vec::new(),
         max_steps: if size == 6 { 20 } else { 5 * size },

@@ -8,6 +8,8 @@
 //! ```
 //!
 //! - States and actions are any names; both are numbered in order of appearance.
+//! - The column `action` may be left out, with `probability`: then each line is an action of its own, which is called by its
+//!   number among the lines of its state, from 0 in the order of the file, and is sure to lead where the line says.
 //! - `probability` may be left out, for the whole file or for all lines of one (from, action): these then share equally. Given
 //!   ones must sum to 1.
 //! - `reward` may be left out, for the whole file or on a line: the step then pays what the [`RewardScheme`] says, with

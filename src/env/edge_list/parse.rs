@@ -11,9 +11,17 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The columns there may be; the first three must be.
-const COLUMNS: [&str; 5] = ["from", "action", "to", "probability", "reward"];
-const REQUIRED: usize = 3;
+/// The columns there may be; the first two must be.
+const COLUMNS: [&str; 5] = ["from", "to", "action", "probability", "reward"];
+const REQUIRED: usize = 2;
+/// Columns by their place in [`COLUMNS`].
+const FROM: usize = 0;
+const TO: usize = 1;
+const ACTION: usize = 2;
+const PROBABILITY: usize = 3;
+const REWARD: usize = 4;
+/// Actions there may be.
+const MOST_ACTIONS: u16 = u16::MAX;
 /// What some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
@@ -75,6 +83,10 @@ impl EdgeList {
         if lines.is_empty() {
             return Err(at(file, 1, EdgeListProblem::NoEdges));
         }
+        if columns[ACTION].is_none() {
+            list.number_actions(&mut lines)
+                .map_err(|(number, problem)| at(file, number, problem))?;
+        }
         // A stable sort keeps the order of the file within each (from, action).
         lines.sort_by_key(Line::pair);
         for group in lines.chunk_by(|a, b| a.pair() == b.pair()) {
@@ -84,7 +96,7 @@ impl EdgeList {
         Ok(list)
     }
 
-    /// Reads one line and numbers the names it brings.
+    /// Reads one line and numbers the names it brings; without a column of actions its action is 0.
     fn line(
         &mut self,
         record: &StringRecord,
@@ -92,25 +104,45 @@ impl EdgeList {
         number: u64,
     ) -> Result<Line, EdgeListProblem> {
         let field = |column: usize| columns[column].and_then(|at| record.get(at)).unwrap_or("");
-        for (column, name) in COLUMNS.iter().enumerate().take(REQUIRED) {
-            if field(column).is_empty() {
-                return Err(EdgeListProblem::EmptyName { column: name });
+        for name in [FROM, ACTION, TO] {
+            if columns[name].is_some() && field(name).is_empty() {
+                let column = COLUMNS[name];
+                return Err(EdgeListProblem::EmptyName { column });
             }
         }
-        let action = intern(&mut self.actions, field(1));
-        let reward = number_in(COLUMNS[4], field(4))?;
+        let action = match columns[ACTION] {
+            Some(_) => intern(&mut self.actions, field(ACTION)),
+            None => 0,
+        };
+        let reward = number_in(COLUMNS[REWARD], field(REWARD))?;
         self.note_reward(number, reward.unwrap_or(0.0));
         Ok(Line {
             number,
-            from: intern(&mut self.states, field(0)) as u32,
+            from: intern(&mut self.states, field(FROM)) as u32,
             action: u16::try_from(action)
                 .ok()
-                .filter(|&a| a < u16::MAX)
+                .filter(|&a| a < MOST_ACTIONS)
                 .ok_or(EdgeListProblem::TooManyActions)?,
-            to: intern(&mut self.states, field(2)) as u32,
-            probability: probability(field(3))?,
+            to: intern(&mut self.states, field(TO)) as u32,
+            probability: probability(field(PROBABILITY))?,
             reward,
         })
+    }
+
+    /// Makes each line an action of its own: the first of its state is 0, the next one 1.
+    fn number_actions(&mut self, lines: &mut [Line]) -> Result<(), (u64, EdgeListProblem)> {
+        let mut counts = vec![0; self.states.len()];
+        for line in lines {
+            let count = &mut counts[line.from as usize];
+            if *count == MOST_ACTIONS {
+                return Err((line.number, EdgeListProblem::TooManyActions));
+            }
+            line.action = *count;
+            *count += 1;
+        }
+        let most = counts.into_iter().max().unwrap_or(0);
+        self.actions = (0..most).map(|action| action.to_string()).collect();
+        Ok(())
     }
 
     /// Keeps the largest and the smallest reward but 0.
@@ -188,16 +220,15 @@ fn columns(file: &str, header: &StringRecord) -> Result<[Option<usize>; 5], EnvE
             ));
         }
     }
-    match columns[..REQUIRED].iter().position(Option::is_none) {
-        None => Ok(columns),
-        Some(missing) => Err(at(
-            file,
-            1,
-            EdgeListProblem::MissingColumn {
-                column: COLUMNS[missing],
-            },
-        )),
-    }
+    let missing = columns[..REQUIRED].iter().position(Option::is_none);
+    let problem = match missing.map(|place| COLUMNS[place]) {
+        Some(column) => EdgeListProblem::MissingColumn { column },
+        None if columns[ACTION].is_none() && columns[PROBABILITY].is_some() => {
+            EdgeListProblem::ProbabilityWithoutAction
+        }
+        None => return Ok(columns),
+    };
+    Err(at(file, 1, problem))
 }
 
 /// All that `reader` has, without a byte order mark.
@@ -235,7 +266,7 @@ fn intern(names: &mut IndexSet<String>, name: &str) -> usize {
 }
 
 fn probability(text: &str) -> Result<Option<f64>, EdgeListProblem> {
-    match number_in(COLUMNS[3], text)? {
+    match number_in(COLUMNS[PROBABILITY], text)? {
         Some(value) if !(value > 0.0 && value <= 1.0) => {
             Err(EdgeListProblem::ProbabilityRange { value })
         }
@@ -336,11 +367,50 @@ mod tests {
     }
 
     #[test]
+    fn without_a_column_of_actions_each_line_is_one() {
+        let text = "from,to,reward\na,b,-1\nb,c,\na,c,-3\na,b,-2\n";
+        let list = EdgeList::from_reader("edges.csv", text.as_bytes()).unwrap();
+        assert_eq!(list.action_names().collect::<Vec<_>>(), ["0", "1", "2"]);
+        let edge = |edge: &Edge| {
+            (
+                edge.from,
+                edge.action,
+                edge.to,
+                edge.probability,
+                edge.reward,
+            )
+        };
+        assert_eq!(
+            list.edges.iter().map(edge).collect::<Vec<_>>(),
+            [
+                (0, 0, 1, 1.0, Some(-1.0)),
+                (0, 1, 2, 1.0, Some(-3.0)),
+                (0, 2, 1, 1.0, Some(-2.0)),
+                (1, 0, 2, 1.0, None),
+            ]
+        );
+        let lines: String = (0..=u32::from(MOST_ACTIONS))
+            .map(|i| format!("a,{i}\n"))
+            .collect();
+        assert_eq!(
+            problem(&format!("from,to\n{lines}")),
+            (u64::from(MOST_ACTIONS) + 2, EdgeListProblem::TooManyActions)
+        );
+    }
+
+    #[test]
     fn headers_are_checked() {
         assert_eq!(
             problem("from,action\n"),
             (1, EdgeListProblem::MissingColumn { column: "to" })
         );
+        assert_eq!(
+            problem("from,to,probability\na,b,0.5\n"),
+            (1, EdgeListProblem::ProbabilityWithoutAction)
+        );
+        // A file without a header is told what one looks like.
+        let (_, headless) = problem("a,b\nb,c\n");
+        assert!(headless.to_string().contains("from,to"), "{headless}");
         let unknown = EdgeListProblem::UnknownColumn {
             column: "probabilty".to_owned(),
             nearest: Some("probability".to_owned()),

@@ -51,6 +51,9 @@ pub struct GridWorld {
 }
 
 impl GridWorld {
+    /// Names of the actions, in the order of their numbers, which are those of [`Direction`].
+    pub const ACTION_NAMES: [&str; 4] = ["up", "right", "down", "left"];
+
     /// The world on `layout`; `rng` draws slips and random starts. O(cells).
     ///
     /// # Errors

@@ -56,6 +56,9 @@ impl GridWorld {
         names.collect()
     }
 
+    /// Names of the actions of [`turning`](Self::turning), in the order of their numbers.
+    pub const TURNING_ACTION_NAMES: [&str; 3] = ["left", "right", "forward"];
+
     fn turning_mdp(&self) -> TabularMdp {
         let cells: Vec<_> = self.mdp_cells().collect();
         let headings = HEADINGS.len();
