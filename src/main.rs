@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         Ok(Ending::NotConverged) => NOT_CONVERGED,
         Ok(Ending::Interrupted) => signals::exit_code(),
         Err(error) => {
-            say(format!("error: {}", told(&error)));
+            say(format!("error: {}", told(&error).replace('\n', "\nerror: ")));
             exit_code(&error)
         }
     };
