@@ -143,7 +143,7 @@ impl Scenario {
     pub fn load(path: &Path, sets: &[String]) -> Result<Loaded, ScenarioError> {
         match std::fs::read_to_string(path) {
             Ok(text) => Self::parse(path, text, sets),
-            Err(source) => match shipped().iter().find(|s| Path::new(s.name) == path) {
+            Err(source) => match Shipped::named(path) {
                 Some(found) => Self::parse(path, found.text.to_owned(), sets),
                 None => Err(ScenarioError {
                     file: path.to_owned(),
