@@ -166,7 +166,7 @@ impl GoalList {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EnvParams {
-    /// open | rooms | linked | maze | caves | ascii | edge-list | deep-sea | river-swim | cliff | frozen-lake | taxi | bridge
+    /// Which kind of world.
     pub kind: EnvKind,
     /// Rows of cells (open 15, maze 21, caves 30: for a maze an odd number), or of rooms or grids (rooms, linked: 2).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -177,7 +177,7 @@ pub struct EnvParams {
     /// rooms, linked: height and width of a room or grid in cells (5 × 5).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<[usize; 2]>,
-    /// rooms: where in its wall a door is, "center" or "random".
+    /// rooms: where in its wall a door is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doors: Option<Doors>,
     /// linked: cells from one grid to the next (1).

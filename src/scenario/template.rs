@@ -23,6 +23,7 @@ pub fn template(name: &str) -> String {
         let _ = writeln!(text, "\n{}[{section}]", comment(&about));
         let object = resolve(&schema, &schema["properties"][&section]);
         for (key, about) in properties(&schema, object) {
+            let about = about + &choices(&schema, &object["properties"][&key]);
             let assignment = match section_default.get(&key) {
                 Some(value) => format!("{key} = {value}"),
                 None => format!("{key} = {}{NOT_SET}", example(&object["properties"][&key])),
@@ -91,6 +92,32 @@ fn properties(schema: &Value, object: &Value) -> Vec<(String, String)> {
             )
         })
         .collect()
+}
+
+/// The end of a comment: the words that a key may have, if it may have any.
+fn choices(schema: &Value, property: &Value) -> String {
+    let mut words = Vec::new();
+    let are_all = collect_words(schema, property, &mut words);
+    let words: Vec<String> = words.into_iter().map(|word| format!("{word:?}")).collect();
+    match (words.as_slice(), are_all) {
+        ([] | [_], _) => String::new(), // what else there is, the description says
+        (words, true) => format!(" One of: {}.", words.join(", ")),
+        (words, false) => format!(" Its words: {}.", words.join(", ")),
+    }
+}
+
+/// Adds the words that `value` allows. Whether it allows nothing else.
+fn collect_words<'a>(schema: &'a Value, value: &'a Value, words: &mut Vec<&'a str>) -> bool {
+    let value = resolve(schema, value);
+    let word = value["const"].as_str();
+    words.extend(word);
+    let alternatives = ["oneOf", "anyOf"].map(|kind| value[kind].as_array());
+    let alternatives: Vec<&Value> = alternatives.into_iter().flatten().flatten().collect();
+    let mut are_all = word.is_some() || value["type"] == "null" || !alternatives.is_empty();
+    for alternative in alternatives {
+        are_all &= collect_words(schema, alternative, words);
+    }
+    are_all
 }
 
 /// What a `$ref` refers to; the value itself, if it is none.
