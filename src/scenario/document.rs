@@ -172,6 +172,11 @@ impl Document {
         }
     }
 
+    /// Whether `key` is written, passed over or not.
+    pub fn is_written(&self, key: &str) -> bool {
+        KeyPlaces::of(&self.merged()).key(key).is_some()
+    }
+
     /// Orders places as they stand: those in the file first, then what is laid over it.
     pub fn order(&self, place: &Location) -> (usize, usize) {
         match place {

@@ -167,7 +167,10 @@ impl<'a> Examination<'a> {
         };
         if let (Mistake::UnknownKey { .. }, Some(meant)) = (&found.mistake, &found.meant) {
             let section = found.key.rfind('.').map_or("", |end| &found.key[..=end]);
-            self.unsound.push(format!("{section}{meant}"));
+            let meant = format!("{section}{meant}");
+            if !self.document.is_written(&meant) {
+                self.unsound.push(meant);
+            }
         }
         self.unsound.push(found.key);
         if is_new {
