@@ -1,8 +1,10 @@
 //! The command line as types: what can be asked, nothing of how it is done.
 
+use crate::completions;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use eigentrail::scenario::EnvKind;
 use indexmap::IndexSet;
 use std::net::SocketAddr;
@@ -109,10 +111,13 @@ pub enum Command {
     /// Print the JSON Schema of scenario files, for editors
     Schema,
     /// List the scenarios that come with the program, and the kinds of worlds and learners
-    List,
+    List(List),
     /// Print a new scenario with every key, its default and what it means
     New(New),
-    /// Print a completion script for a shell
+    /// Print a script that makes a shell complete commands, options, scenarios and arms
+    ///
+    /// It asks the program each time, so read it anew where a shell begins. In ~/.bashrc or ~/.zshrc:
+    /// source <(eigentrail completions bash). In ~/.config/fish/config.fish: eigentrail completions fish | source
     Completions {
         /// The shell
         shell: Shell,
@@ -125,7 +130,7 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct ScenarioArgs {
     /// A scenario file, or the name of a scenario that comes with the program (see `list`)
-    #[arg(value_name = "SCENARIO.toml")]
+    #[arg(value_name = "SCENARIO.toml", add = ArgValueCompleter::new(completions::scenarios))]
     pub scenario: PathBuf,
     /// Change one key, for example --set agent.gamma=0.99; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
@@ -173,7 +178,7 @@ pub struct Run {
 #[derive(Args, Debug)]
 pub struct Compare {
     /// Scenario files, or names of scenarios that come with the program (see `list`)
-    #[arg(value_name = "SCENARIO.toml", required = true)]
+    #[arg(value_name = "SCENARIO.toml", required = true, add = ArgValueCompleter::new(completions::scenarios))]
     pub scenarios: Vec<PathBuf>,
     /// Change one key for every arm, for example --set agent.gamma=0.99; can be repeated. What an arm sets itself wins
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
@@ -186,7 +191,8 @@ pub struct Compare {
         long,
         value_name = "ARMS",
         value_delimiter = ',',
-        default_value = "sparse,gcn,heat,planner"
+        default_value = "sparse,gcn,heat,planner",
+        add = ArgValueCandidates::new(completions::arms)
     )]
     pub arms: Vec<String>,
     /// Compare also with a sparse arm whose step sizes are tuned for the world, on seeds of their own
@@ -249,6 +255,9 @@ pub struct Show {
     /// Draw with ASCII characters only
     #[arg(long)]
     pub ascii: bool,
+    /// Print map, states and what was asked for of the run as one line of JSON
+    #[arg(long, conflicts_with_all = ["width", "ascii"])]
+    pub json: bool,
 }
 
 /// `eigentrail track`
@@ -404,7 +413,7 @@ pub enum ExportFormat {
 pub struct Figures {
     /// A scenario file, or the name of a scenario that comes with the program (see `list`): φ on its map at four
     /// moments, and the regret beside that of the actor-critic alone
-    #[arg(value_name = "SCENARIO.toml", required_unless_present = "all")]
+    #[arg(value_name = "SCENARIO.toml", required_unless_present = "all", add = ArgValueCompleter::new(completions::scenarios))]
     pub scenario: Option<PathBuf>,
     /// Draw counterparts of the paper's figures 4 to 9 from the scenarios in scenarios/report, with a page around them
     #[arg(long, conflicts_with = "scenario")]
@@ -418,6 +427,14 @@ pub struct Figures {
     /// Write to this file, or with --all into this folder, in the place of none but earlier figures [default: figure.svg, or the folder figures]
     #[arg(short, long, value_name = "PATH")]
     pub out: Option<PathBuf>,
+}
+
+/// `eigentrail list`
+#[derive(Args, Debug)]
+pub struct List {
+    /// Print the lists as one line of JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `eigentrail new`

@@ -4,6 +4,7 @@
 
 mod cli;
 mod commands;
+mod completions;
 mod output;
 mod signals;
 
@@ -20,6 +21,7 @@ const BAD_INPUT: u8 = 3;
 const NOT_CONVERGED: u8 = 4;
 
 fn main() -> ExitCode {
+    completions::answer();
     let ended = signals::listen().and_then(|()| match Cli::try_parse() {
         Ok(cli) => commands::execute(cli),
         Err(error) => Ok(Ending::Usage(output::usage(&error))),
@@ -30,7 +32,10 @@ fn main() -> ExitCode {
         Ok(Ending::NotConverged) => NOT_CONVERGED,
         Ok(Ending::Interrupted) => signals::exit_code(),
         Err(error) => {
-            say(format!("error: {}", told(&error)));
+            say(format!(
+                "error: {}",
+                told(&error).replace('\n', "\nerror: ")
+            ));
             exit_code(&error)
         }
     };

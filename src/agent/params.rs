@@ -58,7 +58,7 @@ pub struct AgentParams {
     pub time_bonus: f64,
     /// planner: tries after which an action counts as known; 1 to 1 000 000.
     pub known_after: u32,
-    /// planner and replay-actor-critic: what leads to unknown actions: optimistic | advised (by the exploration). Default: planner
+    /// planner and replay-actor-critic: what leads to unknown actions. Default: planner
     /// optimistic, replay-actor-critic advised, but optimistic where the exploration is not frontier.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = Untried::Advised)]

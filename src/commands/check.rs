@@ -1,6 +1,6 @@
 //! `eigentrail check`
 
-use super::Ending;
+use super::{BadInput, Ending};
 use crate::cli;
 use crate::output::{print, print_json};
 use anyhow::Result;
@@ -9,18 +9,29 @@ use eigentrail::agent::AgentKind;
 use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
-use eigentrail::scenario::{Actions, ArmParams, Loaded, Scenario, World, Worlds};
+use eigentrail::scenario::{
+    Actions, ArmParams, Loaded, Location, Mistake, Scenario, ScenarioError, World, Worlds,
+};
 use eigentrail::telemetry::say;
 use serde::Serialize;
+use std::path::Path;
 
 pub fn check(args: &cli::Check) -> Result<Ending> {
-    let loaded =
-        Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
+    let loaded = match Scenario::load(&args.scenario.scenario, &args.scenario.sets) {
+        Err(error) if args.json => return Err(refused(&Refused::of(&error)).into()),
+        loaded => loaded.map_err(Error::from)?,
+    };
     if args.resolved {
         print(&loaded.scenario.to_toml());
         return Ok(Ending::Done);
     }
-    let facts = Facts::of(&loaded)?;
+    let facts = match Facts::of(&loaded) {
+        Err(error) if args.json => {
+            let refusal = Refused::as_a_whole(&args.scenario.scenario, &loaded, &error);
+            return Err(refused(&refusal).into());
+        }
+        facts => facts?,
+    };
     match args.json {
         true => print_json(&facts),
         false => print(&table(&loaded, &facts)),
@@ -29,6 +40,88 @@ pub fn check(args: &cli::Check) -> Result<Ending> {
         say(format!("warning: {warning}"));
     }
     Ok(Ending::Done)
+}
+
+/// Prints why a scenario is not accepted. The error has no more to say than how much that is.
+fn refused(refusal: &Refused<'_>) -> BadInput {
+    print_json(refusal);
+    let count = match refusal.mistakes.len() {
+        1 => "1 mistake".to_owned(),
+        n => format!("{n} mistakes"),
+    };
+    BadInput(format!("{count} in {}", refusal.file.display()))
+}
+
+/// A scenario that is not accepted, as `check --json` prints it.
+#[derive(Serialize)]
+struct Refused<'a> {
+    #[serde(skip)]
+    file: &'a Path,
+    /// Its name, if that much could be read.
+    scenario: Option<&'a str>,
+    mistakes: Vec<MistakeLine>,
+}
+
+#[derive(Serialize)]
+struct MistakeLine {
+    file: String,
+    /// From 1; none if it is no place in the file.
+    line: Option<usize>,
+    column: Option<usize>,
+    /// The assignment on the command line, if that is to blame.
+    set: Option<String>,
+    key: Option<String>,
+    message: String,
+}
+
+impl<'a> Refused<'a> {
+    fn of(error: &'a ScenarioError) -> Self {
+        let file = error.file.display().to_string();
+        let mistakes = error.mistakes.iter();
+        Self {
+            file: &error.file,
+            scenario: error.scenario.as_deref(),
+            mistakes: mistakes.map(|m| MistakeLine::of(&file, m)).collect(),
+        }
+    }
+
+    /// One that is sound and still cannot be.
+    fn as_a_whole(file: &'a Path, loaded: &'a Loaded, error: &anyhow::Error) -> Self {
+        Self {
+            file,
+            scenario: Some(&loaded.scenario.name),
+            mistakes: vec![MistakeLine {
+                file: file.display().to_string(),
+                line: None,
+                column: None,
+                set: None,
+                key: None,
+                message: error.to_string(),
+            }],
+        }
+    }
+}
+
+impl MistakeLine {
+    fn of(file: &str, mistake: &Mistake) -> Self {
+        let mut line = Self {
+            file: file.to_owned(),
+            line: None,
+            column: None,
+            set: None,
+            key: mistake.key().map(str::to_owned),
+            message: mistake.message(),
+        };
+        match mistake.place() {
+            Location::Position {
+                line: row, column, ..
+            } => (line.line, line.column) = (Some(row), Some(column)),
+            Location::File(_) => {}
+            Location::Flag(set) => line.set = Some(set),
+            arm @ Location::Arm(..) => line.message = format!("{arm}: {}", line.message),
+        }
+        line
+    }
 }
 
 /// What a scenario amounts to, as `check --json` prints it.
@@ -67,6 +160,8 @@ struct Facts<'a> {
     moved: Option<Moved>,
     /// What the scenario's author may not have meant.
     warnings: Vec<String>,
+    /// None: it is accepted.
+    mistakes: [MistakeLine; 0],
 }
 
 /// An episode of the best policy.
@@ -129,6 +224,7 @@ impl<'a> Facts<'a> {
                 best: Best::of(&moved.world),
             }),
             warnings: warnings(scenario, &loaded.worlds),
+            mistakes: [],
         })
     }
 }

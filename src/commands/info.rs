@@ -1,33 +1,45 @@
 //! `eigentrail schema | list | new | completions | man`: what the program says of itself.
 
 use super::{BadInput, Ending};
-use crate::cli::{Cli, New};
-use crate::output::print;
-use anyhow::Result;
+use crate::cli::{Cli, List, New};
+use crate::completions;
+use crate::output::{print, print_json};
+use anyhow::{Context, Result};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use eigentrail::scenario::{BUILT_IN_ARMS, EnvKind, Scenario, check_name, shipped, template};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 pub fn schema() -> Result<Ending> {
     print(&serde_json::to_string_pretty(&Scenario::json_schema())?);
     Ok(Ending::Done)
 }
 
-pub fn list() -> Result<Ending> {
+/// Keys whose words are listed, after the name of the list in JSON.
+const LISTED: [(&str, &str, &str); 6] = [
+    ("kinds", "env", "kind"),
+    ("potentials", "shaping", "potential"),
+    ("explorations", "exploration", "kind"),
+    ("agents", "agent", "kind"),
+    ("updates", "agent", "update"),
+    ("features", "agent", "features"),
+];
+
+pub fn list(args: &List) -> Result<Ending> {
+    match args.json {
+        true => print_json(&lists()),
+        false => print(&list_text()),
+    }
+    Ok(Ending::Done)
+}
+
+fn list_text() -> String {
     let mut text = String::from("scenarios\n");
     for scenario in shipped() {
         text += &format!("  {:<18} {}\n", scenario.name, scenario.shows());
     }
     let schema = Scenario::json_schema();
-    for (section, key) in [
-        ("env", "kind"),
-        ("shaping", "potential"),
-        ("exploration", "kind"),
-        ("agent", "kind"),
-        ("agent", "update"),
-        ("agent", "features"),
-    ] {
+    for (_, section, key) in LISTED {
         text += &format!("{section}.{key}\n");
         for (word, about) in choices(&schema, section, key) {
             text += &format!("  {word:<16} {about}\n");
@@ -37,8 +49,27 @@ pub fn list() -> Result<Ending> {
     for arm in BUILT_IN_ARMS {
         text += &format!("  {:<16} {}\n", arm.name, arm.about);
     }
-    print(&text);
-    Ok(Ending::Done)
+    text
+}
+
+/// `list --json`
+fn lists() -> Value {
+    let entry = |name: &str, about: &str| json!({ "name": name, "description": about });
+    let scenarios = shipped().iter();
+    let scenarios = scenarios.map(|scenario| entry(scenario.name, scenario.shows()));
+    let mut lists = json!({ "scenarios": scenarios.collect::<Vec<_>>() });
+    let schema = Scenario::json_schema();
+    for (list, section, key) in LISTED {
+        let words = choices(&schema, section, key).into_iter();
+        lists[list] = words.map(|(word, about)| entry(&word, &about)).collect();
+    }
+    let arms = BUILT_IN_ARMS.iter().map(|arm| {
+        let mut entry = entry(arm.name, arm.about);
+        entry["settings"] = json!(arm.settings);
+        entry
+    });
+    lists["arms"] = arms.collect();
+    lists
 }
 
 /// The words that a key may have, with the first line of what they mean.
@@ -71,8 +102,8 @@ pub fn new(args: &New) -> Result<Ending> {
 }
 
 pub fn completions(shell: Shell) -> Result<Ending> {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "eigentrail", &mut script);
+    let script = completions::script(&shell.to_string());
+    let script = script.context("there is no script for this shell")??;
     print(&String::from_utf8_lossy(&script));
     Ok(Ending::Done)
 }

@@ -13,6 +13,7 @@ mod report;
 mod run;
 mod runs_for_figures;
 mod show;
+mod show_json;
 mod threads;
 mod track;
 
@@ -69,7 +70,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
         Command::Report(args) => report::report(args),
         Command::Figures(args) => figures::figures(args, &telemetry),
         Command::Schema => info::schema(),
-        Command::List => info::list(),
+        Command::List(args) => info::list(args),
         Command::New(args) => info::new(args),
         Command::Completions { shell } => info::completions(*shell),
         Command::Man => info::man(),

@@ -87,7 +87,7 @@ fn text(line: &PotentialLine, values: &[f64]) -> String {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     format!(
-        "{} nodes, potential {}, from {low:.3} to {high:.3}\nspurious maxima {}\n{:.3} s",
+        "{} nodes, potential {}, from {low:.3} to {high:.3}\nfalse maxima {}\n{:.3} s",
         line.n, line.kind, line.spurious_maxima, line.seconds
     )
 }

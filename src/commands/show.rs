@@ -1,8 +1,9 @@
 //! `eigentrail show`
 
+use super::show_json::Sight;
 use super::{BadInput, Ending, stdout_ink};
 use crate::cli;
-use crate::output::{print, print_drawn};
+use crate::output::{print, print_drawn, print_json};
 use anyhow::{Result, bail};
 use eigentrail::archive::{RecordedSeed, is_run, names, read_potential};
 use eigentrail::env::GridWorld;
@@ -22,6 +23,10 @@ type Potentials = Vec<(String, f64)>;
 pub fn show(args: &cli::Show, global: &cli::Global) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
+    if args.json {
+        print_json(&Sight::of(args, &loaded)?);
+        return Ok(Ending::Done);
+    }
     let world = loaded.worlds.first();
     let mut text = String::new();
     match world {
@@ -145,7 +150,7 @@ fn seed_of(folder: &Path) -> Option<u64> {
 }
 
 /// The seed folder of a run; refused if the run was on another map, where its scenario is still beside it.
-fn folder_on(loaded: &Loaded, run: &Path) -> Result<PathBuf> {
+pub(super) fn folder_on(loaded: &Loaded, run: &Path) -> Result<PathBuf> {
     let folder = seed_folder(run)?;
     let beside = folder.parent().unwrap_or(&folder).join(names::RESOLVED);
     let Ok(run) = Scenario::load(&beside, &[]) else {
@@ -183,7 +188,7 @@ fn by_cell<T>(
     Ok(cells)
 }
 
-fn read(folder: &Path) -> Result<Potentials> {
+pub(super) fn read(folder: &Path) -> Result<Potentials> {
     Ok(read_potential(folder).map_err(Error::from)?)
 }
 
@@ -259,7 +264,7 @@ fn listed_policy(folder: &Path) -> Result<String> {
 }
 
 /// The seed folder that `run` is, or the first one in it.
-fn seed_folder(run: &Path) -> Result<PathBuf> {
+pub(super) fn seed_folder(run: &Path) -> Result<PathBuf> {
     if run.join(names::POTENTIAL).is_file() {
         return Ok(run.to_owned());
     }

@@ -50,16 +50,16 @@ pub enum SearchOrder {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExplorationParams {
-    /// frontier | count-bonus | none
+    /// What guides the search.
     pub kind: ExplorationKind,
     /// Logits added to the action on the way to the frontier.
     pub frontier_advice: f64,
     /// Logits added for a rise of the potential worth one step, once a goal has been reached; with 0 all that is advised then is
     /// what the search for something better has planned.
     pub potential_advice: f64,
-    /// What is looked for once a goal has been reached: seen-goals | expected-return | any-goal | none
+    /// What is looked for once a goal has been reached.
     pub optimism: Optimism,
-    /// What is tried first while no goal is known: by-place | by-action
+    /// What is tried first while no goal is known.
     pub order: SearchOrder,
     /// The most that an end of an episode can pay, if that is known: no other goals are looked for that could not be worth it.
     #[schemars(example = 1.0)]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, rename_all = "snake_case")]
 pub struct GcnParams {
-    /// What the network sees of a state: `pvf`, `deepwalk`, `random` or `constant`.
+    /// What the network sees of a state.
     pub features: FeatureSource,
     /// Hidden units, 1 to 65 536 (paper: 16).
     pub hidden_dim: usize,

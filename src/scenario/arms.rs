@@ -11,8 +11,9 @@
 //! ```
 
 use super::built_in_arms::BUILT_IN_ARMS;
-use super::document::Document;
+use super::document::{Document, Setting};
 use super::error::{BrokenRule, Choices, Location, ScenarioError};
+use super::examination::Examination;
 use super::{Scenario, Worlds, check_name};
 use crate::shaping::PotentialKind;
 use schemars::JsonSchema;
@@ -59,28 +60,68 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// The arm that `document`, over which its settings are laid, amounts to.
-    fn of(name: &str, settings: Vec<String>, document: &Document) -> Result<Self, ScenarioError> {
-        let mut scenario = Scenario::completed(document)?;
-        scenario.arms.clear(); // what others there are is no business of this one
-        let names_file = settings.iter().any(|set| set.starts_with("shaping.file"));
-        if scenario.shaping.potential != PotentialKind::File && !names_file {
-            scenario.shaping.file = None; // it was for the potential that the arm has replaced
-        }
-        let scenario = scenario.checked(document)?;
+    /// The arm that `settings` laid over `document` amount to.
+    fn of(name: &str, settings: Vec<Setting>, document: Document) -> Result<Self, ScenarioError> {
+        let amend = amend(&settings);
+        let mut examined = Examination::of(document, &settings, &amend);
+        examined.sections();
+        let scenario = examined.finish()?;
         Ok(Arm {
             name: name.to_owned(),
-            settings,
+            settings: settings.into_iter().map(|setting| setting.text).collect(),
             scenario,
         })
     }
 }
 
-/// One assignment of an arm, and where it stands.
-struct Setting {
-    /// `section.key=value`
-    text: String,
-    place: Location,
+/// The document that arms are laid over: the file with the assignments of the command line.
+fn laid(path: &Path, text: &str, sets: &[String]) -> Result<Document, ScenarioError> {
+    let mut document = Document::new(path, text.to_owned())?;
+    let mut settings = Setting::typed(sets).into_iter();
+    let laid = settings.try_for_each(|setting| document.lay(&setting));
+    laid.map(|()| document).map_err(|mistake| ScenarioError {
+        file: path.to_owned(),
+        scenario: None,
+        mistakes: vec![mistake],
+    })
+}
+
+/// Examines every arm of the scenario's own. The file of φ that one of them names is read for `worlds`, if there are any.
+pub(super) fn examine(examined: &mut Examination<'_>, mut worlds: Option<&mut Worlds>) {
+    let own = examined.scenario().map(|scenario| scenario.arms.keys());
+    let names: Vec<String> = own.into_iter().flatten().cloned().collect();
+    for name in names {
+        let checked = examined.until_sound(|scenario| scenario.check_arm(&name));
+        let scenario = examined.scenario().filter(|s| s.arms.contains_key(&name));
+        let (Some(()), Some(scenario)) = (checked, scenario) else {
+            continue;
+        };
+        let mut settings = Vec::new();
+        scenario.collect(&name, examined.document(), &mut settings);
+        let arm = examined.also(&settings, &amend(&settings));
+        let read = match (arm, &mut worlds) {
+            (Some(arm), Some(worlds)) => worlds.read_potential(&arm.shaping),
+            _ => Ok(()),
+        };
+        if let Err(broken) = read {
+            examined.note(BrokenRule {
+                key: format!("arms.{name}.{}", broken.key),
+                ..broken
+            });
+        }
+    }
+}
+
+/// What makes a scenario over which `settings` are laid an arm.
+fn amend(settings: &[Setting]) -> impl Fn(&mut Scenario) + use<> {
+    let mut settings = settings.iter();
+    let names_file = settings.any(|setting| setting.text.starts_with("shaping.file"));
+    move |scenario| {
+        scenario.arms.clear(); // what others there are is no business of this one
+        if scenario.shaping.potential != PotentialKind::File && !names_file {
+            scenario.shaping.file = None; // it was for the potential that the arm has replaced
+        }
+    }
 }
 
 impl ArmParams {
@@ -135,8 +176,10 @@ impl Scenario {
         if self.arm_names().all(|(known, _)| known != name) {
             return Ok(None);
         }
-        let document = Document::new(path, text.to_owned(), sets)?;
-        self.arm_on(name, document).map(Some)
+        let document = laid(path, text, sets)?;
+        let mut settings = Vec::new();
+        self.collect(name, &document, &mut settings);
+        Arm::of(name, settings, document).map(Some)
     }
 
     /// Lays settings over the scenario under a name of their own; the rest as [`Scenario::lay_arm`].
@@ -150,42 +193,11 @@ impl Scenario {
         text: &str,
         sets: &[String],
     ) -> Result<Arm, ScenarioError> {
-        let mut document = Document::new(path, text.to_owned(), sets)?;
-        for setting in &settings {
-            document.lay(setting, Location::Arm(name.to_owned(), setting.clone()))?;
-        }
-        Arm::of(name, settings, &document)
-    }
-
-    /// Checks every arm of the scenario's own against `document`, the one that it was read from. The file of φ that one of them
-    /// names is read for `worlds`.
-    pub(super) fn check_arms(
-        &self,
-        document: &Document,
-        worlds: &mut Worlds,
-    ) -> Result<(), ScenarioError> {
-        for (name, arm) in &self.arms {
-            self.check_arm(name, arm)
-                .map_err(|broken| document.blame(broken))?;
-            let arm = self.arm_on(name, document.clone())?;
-            let read = worlds.read_potential(&arm.scenario.shaping);
-            let of_arm = |broken: BrokenRule| BrokenRule {
-                key: format!("arms.{name}.{}", broken.key),
-                ..broken
-            };
-            read.map_err(|broken| document.blame(of_arm(broken)))?;
-        }
-        Ok(())
-    }
-
-    fn arm_on(&self, name: &str, mut document: Document) -> Result<Arm, ScenarioError> {
-        let mut settings = Vec::new();
-        self.collect(name, &document, &mut settings);
-        for Setting { text, place } in &settings {
-            document.lay(text, place.clone())?;
-        }
-        let settings = settings.into_iter().map(|setting| setting.text);
-        Arm::of(name, settings.collect(), &document)
+        let settings = settings.into_iter().map(|text| Setting {
+            place: Location::Arm(name.to_owned(), text.clone()),
+            text,
+        });
+        Arm::of(name, settings.collect(), laid(path, text, sets)?)
     }
 
     /// The settings of `name`, those of its base first.
@@ -210,14 +222,15 @@ impl Scenario {
     }
 
     /// Whether the table says what an arm may say; its values are judged when it is laid.
-    fn check_arm(&self, name: &str, arm: &ArmParams) -> Result<(), BrokenRule> {
+    fn check_arm(&self, name: &str) -> Result<(), BrokenRule> {
         let key = format!("arms.{name}");
         check_name(name).map_err(|broken| BrokenRule::new(&key, broken.message))?;
         if BUILT_IN_ARMS.iter().any(|built_in| built_in.name == name) {
             let message = format!("{key}: `{name}` is built in; call yours something else");
             return Err(BrokenRule::new(key, message));
         }
-        for setting in arm.settings.keys() {
+        let settings = self.arms.get(name).map(|arm| arm.settings.keys());
+        for setting in settings.into_iter().flatten() {
             let section = setting.split('.').next().unwrap_or_default();
             if setting == section || ["env", "run"].contains(&section) {
                 return Err(stray(&key, setting, section));
@@ -241,7 +254,8 @@ impl Scenario {
                 let known = self.arm_names().map(|(known, _)| known.to_owned());
                 let right = Choices::near(base, known.collect());
                 let message = format!("{key}: there is no arm `{base}`{right}");
-                return Err(BrokenRule::new(key, message));
+                let other = format!("arms.{base}");
+                return Err(BrokenRule::new(key, message).beside(&[&other]));
             }
             passed.push(base);
         }

@@ -4,7 +4,7 @@
 //! of their own; their ranges are shifted past the end of the file, as if they stood below it. So one number
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
-use super::error::{BrokenRule, Choices, Location, ScenarioError};
+use super::error::{BrokenRule, Choices, Location, Mistake, ScenarioError};
 use super::keys::{KeyPlaces, line_and_column};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -16,35 +16,92 @@ type Table<'t> = DeTable<'t>;
 
 /// A parsed scenario file, before it becomes types.
 #[derive(Clone)]
-pub struct Document {
+pub(super) struct Document {
     path: PathBuf,
     text: String,
     /// `key = value` as TOML, beside what to blame for it.
     laid: Vec<(String, Location)>,
+    /// Keys that are passed over, by their ranges, and the words that stand in for the values of some.
+    mended: Vec<(Range<usize>, Option<String>)>,
+}
+
+/// One assignment that is laid over a document.
+#[derive(Clone)]
+pub(super) struct Setting {
+    /// `section.key=value`. A value that is not TOML is taken as a string, so that `shaping.potential=none` needs no quotes.
+    pub text: String,
+    /// What is to blame for it.
+    pub place: Location,
+}
+
+impl Setting {
+    /// Those of a command line.
+    pub fn typed(sets: &[String]) -> Vec<Self> {
+        let settings = sets.iter().map(|set| Self {
+            text: set.clone(),
+            place: Location::Flag(set.clone()),
+        });
+        settings.collect()
+    }
+
+    /// `section.key`
+    pub fn key(&self) -> &str {
+        self.text.split('=').next().unwrap_or_default().trim()
+    }
+}
+
+/// A mistake, and how to look past it.
+pub(super) struct Found {
+    pub mistake: Mistake,
+    /// The key to blame as the document names it.
+    pub key: String,
+    /// Its range; none if nothing that is written is to blame.
+    pub range: Option<Range<usize>>,
+    /// The word that must have been meant, of a misspelt key or of a misspelt choice.
+    pub meant: Option<String>,
 }
 
 impl Document {
-    /// A document from its text; `path` only serves messages. `sets` are `a.b=value`: a value that is not TOML
-    /// is taken as a string, so that `shaping.potential=none` needs no quotes.
-    pub fn new(path: &Path, text: String, sets: &[String]) -> Result<Self, ScenarioError> {
-        let mut document = Self {
+    /// A document from its text; `path` only serves messages.
+    ///
+    /// # Errors
+    /// Wherever the text is not TOML.
+    pub fn new(path: &Path, text: String) -> Result<Self, ScenarioError> {
+        let document = Self {
             path: path.to_owned(),
             text,
             laid: Vec::new(),
+            mended: Vec::new(),
         };
-        for set in sets {
-            document.lay(set, Location::Flag(set.clone()))?;
+        let (_, errors) = DeTable::parse_recoverable(&document.text);
+        let errors = errors.iter().map(|error| Mistake::Syntax {
+            place: document.place(error.span().map_or(0, |span| span.start)),
+            message: error.message().to_owned(),
+        });
+        let mistakes: Vec<Mistake> = errors.collect();
+        match mistakes.is_empty() {
+            true => Ok(document),
+            false => Err(ScenarioError {
+                file: document.path,
+                scenario: None,
+                mistakes,
+            }),
         }
-        Ok(document)
     }
 
-    /// Lays one more assignment `a.b=value` over the document; `place` is to blame for it.
-    pub fn lay(&mut self, assigned: &str, place: Location) -> Result<(), ScenarioError> {
-        let toml = assignment(assigned).ok_or_else(|| ScenarioError::Syntax {
+    /// Lays an assignment over the document.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn lay(&mut self, Setting { text, place }: &Setting) -> Result<(), Mistake> {
+        let not_toml = |message: &str| Mistake::Syntax {
             place: place.clone(),
-            message: "an assignment looks like section.key=value".to_owned(),
-        })?;
-        self.laid.push((toml, place));
+            message: message.to_owned(),
+        };
+        let toml = assignment(text)
+            .ok_or_else(|| not_toml("an assignment looks like section.key=value"))?;
+        DeTable::parse(&toml).map_err(|error| not_toml(error.message()))?;
+        self.laid.push((toml, place.clone()));
         Ok(())
     }
 
@@ -53,34 +110,56 @@ impl Document {
         &self.path
     }
 
-    /// A broken rule as an error with its place.
-    pub fn blame(&self, broken: BrokenRule) -> ScenarioError {
-        ScenarioError::Rule {
-            place: self.place_of(&broken.key),
-            message: broken.message,
-        }
-    }
-
     /// The text of the file, without the assignments.
     pub fn text(&self) -> &str {
         &self.text
     }
 
+    /// Passes over the key at `range` from now on, or over its value, for which `word` then stands in. False if that has been
+    /// done before.
+    pub fn mend(&mut self, range: Range<usize>, word: Option<String>) -> bool {
+        let is_new = !self.mended.contains(&(range.clone(), word.clone()));
+        self.mended.retain(|(mended, _)| *mended != range);
+        self.mended.push((range, word));
+        is_new
+    }
+
     /// The document as a value of type `T`.
-    pub fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
-        let table = self.merged()?;
-        let places = KeyPlaces::of(&table);
+    pub fn deserialize<T: DeserializeOwned>(&self) -> Result<T, Box<Found>> {
+        let table = self.mended();
         let whole = Spanned::new(0..self.text.len(), table);
         T::deserialize(toml::de::Deserializer::from(whole))
-            .map_err(|error| self.explain(&error, &places))
+            .map_err(|error| Box::new(self.explain(&error)))
+    }
+
+    /// A broken rule with its place.
+    pub fn blame(&self, broken: BrokenRule) -> Found {
+        let range = KeyPlaces::of(&self.mended()).key(&broken.key).cloned();
+        let (mut key, mut message) = (broken.key, broken.message);
+        let place = self.place_of(&key);
+        // Where an element before it is passed over, the file counts on.
+        let places = KeyPlaces::of(&self.merged());
+        if let Some(written) = range.as_ref().and_then(|range| places.key_at(range))
+            && written != key
+        {
+            message = message.replace(&key, written);
+            key = written.to_owned();
+        }
+        Found {
+            mistake: Mistake::Rule {
+                place,
+                key: key.clone(),
+                message,
+            },
+            key,
+            range,
+            meant: None,
+        }
     }
 
     /// Where `key` (`agent.gamma`, `env.goals[0].at`) stands; the nearest enclosing key if it is not written.
     pub fn place_of(&self, key: &str) -> Location {
-        let Ok(table) = self.merged() else {
-            return Location::File(self.path.clone());
-        };
-        let places = KeyPlaces::of(&table);
+        let places = KeyPlaces::of(&self.mended());
         let mut key = key;
         loop {
             if let Some(span) = places.value(key) {
@@ -93,20 +172,70 @@ impl Document {
         }
     }
 
-    /// The file's table with the flags laid over it.
-    fn merged(&self) -> Result<Table<'_>, ScenarioError> {
-        let mut table = DeTable::parse(&self.text)
-            .map_err(|error| self.syntax(&error, 0))?
-            .into_inner();
+    /// Whether `key` is written, passed over or not.
+    pub fn is_written(&self, key: &str) -> bool {
+        KeyPlaces::of(&self.merged()).key(key).is_some()
+    }
+
+    /// Orders places as they stand: those in the file first, then what is laid over it.
+    pub fn order(&self, place: &Location) -> (usize, usize) {
+        match place {
+            Location::Position { line, column, .. } => (*line, *column),
+            other => {
+                let laid = self.laid.iter().position(|(_, place)| place == other);
+                (usize::MAX, laid.map_or(0, |laid| laid + 1))
+            }
+        }
+    }
+
+    /// The file's table with the assignments laid over it.
+    fn merged(&self) -> Table<'_> {
+        let mut table = parsed(&self.text);
         let mut base = self.text.len() + 1;
         for (toml, _) in &self.laid {
-            let over = DeTable::parse(toml)
-                .map_err(|error| self.syntax(&error, base))?
-                .into_inner();
-            overlay(&mut table, shifted(over, base));
+            overlay(&mut table, shifted(parsed(toml), base));
             base += toml.len() + 1;
         }
-        Ok(table)
+        table
+    }
+
+    /// The same without what is passed over.
+    fn mended(&self) -> Table<'_> {
+        match self.mended.is_empty() {
+            true => self.merged(),
+            false => self.mend_table(self.merged()),
+        }
+    }
+
+    fn mend_table<'t>(&self, table: Table<'t>) -> Table<'t> {
+        let entries = table.into_iter();
+        entries
+            .filter_map(|(key, value)| {
+                let value = self.mend_value(&key.span(), value)?;
+                Some((key, value))
+            })
+            .collect()
+    }
+
+    fn mend_value<'t>(
+        &self,
+        key: &Range<usize>,
+        value: Spanned<DeValue<'t>>,
+    ) -> Option<Spanned<DeValue<'t>>> {
+        let mut mended = self.mended.iter();
+        let span = value.span();
+        let inner = match (mended.find(|(range, _)| range == key), value.into_inner()) {
+            (Some((_, None)), _) => return None,
+            (Some((_, Some(word))), _) => DeValue::String(word.clone().into()),
+            (None, DeValue::Table(table)) => DeValue::Table(self.mend_table(table)),
+            (None, DeValue::Array(items)) => {
+                let items = items.into_iter();
+                let kept = items.filter_map(|item| self.mend_value(&item.span(), item));
+                DeValue::Array(kept.collect())
+            }
+            (None, other) => other,
+        };
+        Some(Spanned::new(span, inner))
     }
 
     /// The place of a byte offset in the sense of the module's head.
@@ -129,46 +258,56 @@ impl Document {
         Location::File(self.path.clone())
     }
 
-    fn syntax(&self, error: &toml::de::Error, base: usize) -> ScenarioError {
-        let place = match error.span() {
-            Some(span) => self.place(base + span.start),
-            None => self.place(base),
-        };
-        ScenarioError::Syntax {
-            place,
-            message: error.message().to_owned(),
-        }
-    }
-
     /// Turns serde's message into the rule, the key and the nearest right name.
-    fn explain(&self, error: &toml::de::Error, places: &KeyPlaces) -> ScenarioError {
+    fn explain(&self, error: &toml::de::Error) -> Found {
         let message = error.message();
         let span = error.span().unwrap_or(0..0);
         let place = self.place(span.start);
-        let key = places.key_at(&span).unwrap_or("the file").to_owned();
+        let places = KeyPlaces::of(&self.merged());
+        let written = places.key_at(&span);
+        let range = written.and_then(|key| places.key(key)).cloned();
+        let key = written.unwrap_or("the file").to_owned();
         let (word, known) = quoted(message);
-        let right = || Box::new(Choices::near(&word, known));
-        if message.starts_with("unknown field") {
-            ScenarioError::UnknownKey {
-                place,
-                key,
-                right: right(),
-            }
+        let right = Box::new(Choices::near(&word, known));
+        let (mistake, meant) = if message.starts_with("unknown field") {
+            let meant = right.nearest.clone();
+            let key = key.clone();
+            (Mistake::UnknownKey { place, key, right }, meant)
         } else if message.starts_with("unknown variant") {
-            ScenarioError::UnknownChoice {
+            let (meant, value) = (right.nearest.clone(), word);
+            let key = key.clone();
+            let mistake = Mistake::UnknownChoice {
                 place,
                 key,
-                right: right(),
-                value: word,
-            }
+                value,
+                right,
+            };
+            (mistake, meant)
         } else {
-            ScenarioError::Type {
-                place,
-                key,
-                message: plain_types(message),
-            }
+            let message = plain_types(message);
+            let key = key.clone();
+            (
+                Mistake::Type {
+                    place,
+                    key,
+                    message,
+                },
+                None,
+            )
+        };
+        Found {
+            mistake,
+            key,
+            range,
+            meant,
         }
     }
+}
+
+/// The table of a text that was found to be TOML.
+fn parsed(toml: &str) -> Table<'_> {
+    let table = DeTable::parse(toml).expect("it was TOML when it was taken in");
+    table.into_inner()
 }
 
 /// `a.b=value` as TOML; none without an `=`.
@@ -284,9 +423,15 @@ mod tests {
 
     fn read(text: &str, sets: &[&str]) -> Result<Sample, String> {
         let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        Document::new(Path::new("x.toml"), text.to_owned(), &sets)
-            .and_then(|d| d.deserialize())
-            .map_err(|e| e.to_string())
+        let mut document = Document::new(Path::new("x.toml"), text.to_owned())
+            .map_err(|refused| refused.to_string())?;
+        for setting in Setting::typed(&sets) {
+            document
+                .lay(&setting)
+                .map_err(|mistake| mistake.to_string())?;
+        }
+        let read = document.deserialize();
+        read.map_err(|found| found.mistake.to_string())
     }
 
     #[test]
@@ -364,7 +509,7 @@ mod tests {
 
     #[test]
     fn place_of_an_unwritten_key_is_its_section() {
-        let d = Document::new(Path::new("x.toml"), "\n[agent]\n".to_owned(), &[]).unwrap();
+        let d = Document::new(Path::new("x.toml"), "\n[agent]\n".to_owned()).unwrap();
         assert_eq!(d.place_of("agent.gamma").to_string(), "x.toml:2:1");
         assert_eq!(d.place_of("run.episodes").to_string(), "x.toml");
     }

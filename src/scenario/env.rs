@@ -4,6 +4,7 @@ use super::error::BrokenRule;
 use super::goals::{GoalSpec, Goals, HazardSpec};
 use super::place::{MaxSteps, MoveAfter, Place};
 use super::start::Start;
+use crate::env::EnvError;
 use crate::env::boards::Fall;
 use crate::env::grid_world::RewardScheme;
 use crate::env::layouts::Doors;
@@ -171,7 +172,7 @@ impl GoalList {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EnvParams {
-    /// open | rooms | linked | maze | caves | ascii | edge-list | deep-sea | river-swim | cliff | frozen-lake | taxi | bridge
+    /// Which kind of world.
     pub kind: EnvKind,
     /// Rows of cells (open 15, maze 21, caves 30: for a maze an odd number), or of rooms or grids (rooms, linked: 2).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -182,7 +183,7 @@ pub struct EnvParams {
     /// rooms, linked: height and width of a room or grid in cells (5 × 5).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<[usize; 2]>,
-    /// rooms: where in its wall a door is, "center" or "random".
+    /// rooms: where in its wall a door is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doors: Option<Doors>,
     /// linked: cells from one grid to the next (1).
@@ -335,6 +336,24 @@ impl EnvParams {
         }
     }
 
+    /// Whether each number is one, whatever the others are.
+    pub(super) fn check_numbers(&self) -> Result<(), BrokenRule> {
+        if let Some(start) = &self.start {
+            start.validate()?;
+        }
+        if !(0.0..1.0).contains(&self.slip) {
+            let error = EnvError::Slip { slip: self.slip };
+            return Err(self.blame(error, GoalList::First));
+        }
+        if self.max_steps.given().is_some_and(|n| n > MOST_STEPS) {
+            return Err(BrokenRule::new(
+                "env.max_steps",
+                format!("env.max_steps must be at most {MOST_STEPS}"),
+            ));
+        }
+        Ok(())
+    }
+
     /// Whether what is given goes together; the map itself is judged when it is built.
     pub(super) fn validate(&self) -> Result<(), BrokenRule> {
         let given = [
@@ -368,21 +387,19 @@ impl EnvParams {
         if self.continuing {
             self.require_no_goals()?;
         }
-        if let Some(start) = &self.start {
-            start.validate()?;
-        }
         if self.goals_move_after.is_some() && self.moved_goals.is_none() {
             return Err(BrokenRule::new(
                 "env.goals_move_after",
                 "env.goals_move_after needs env.moved_goals: where the goals move to",
-            ));
+            )
+            .beside(&["env.moved_goals"]));
         }
-        if self.max_steps.given().is_some_and(|n| n > MOST_STEPS) {
-            return Err(BrokenRule::new(
-                "env.max_steps",
-                format!("env.max_steps must be at most {MOST_STEPS}"),
-            ));
-        }
+        let of_kind = self.check_kind();
+        of_kind.map_err(|broken| broken.beside(&["env.kind", "env.continuing"]))
+    }
+
+    /// Whether the kind has what it needs, and nothing that it has no use for.
+    fn check_kind(&self) -> Result<(), BrokenRule> {
         match self.kind {
             EnvKind::Ascii if self.map.is_none() => Err(missing("env.map", self.kind)),
             EnvKind::EdgeList if self.file.is_none() => Err(missing("env.file", self.kind)),
@@ -423,7 +440,8 @@ impl EnvParams {
                     "{key} means nothing for kind = \"{}\": it has its own starts, ends, rewards and chances",
                     self.kind.name()
                 ),
-            )),
+            )
+            .beside(&["env.kind"])),
         }
     }
 
@@ -435,7 +453,7 @@ impl EnvParams {
                  can be written as an edge list",
                 self.kind.name()
             );
-            return Err(BrokenRule::new("env.continuing", message));
+            return Err(BrokenRule::new("env.continuing", message).beside(&["env.kind"]));
         }
         for list in [GoalList::First, GoalList::Moved] {
             if list.of(self).is_some_and(|goals| !goals.is_empty()) {
@@ -443,7 +461,7 @@ impl EnvParams {
                 let message = format!(
                     "{key}: episodes end at goals, and a continuing task has none; leave out one of the two"
                 );
-                return Err(BrokenRule::new(key, message));
+                return Err(BrokenRule::new(key, message).beside(&["env.kind", "env.continuing"]));
             }
         }
         Ok(())
@@ -461,7 +479,7 @@ impl EnvParams {
             self.kind.name(),
             owners.join(", ")
         );
-        BrokenRule::new(format!("env.{key}"), message)
+        BrokenRule::new(format!("env.{key}"), message).beside(&["env.kind"])
     }
 }
 

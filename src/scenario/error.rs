@@ -37,12 +37,38 @@ impl fmt::Display for Location {
     }
 }
 
-/// Reason why a scenario was not accepted. Every message begins with the [`Location`].
-#[derive(Debug, thiserror::Error)]
+/// Reason why a scenario was not accepted: all its mistakes, in the order of the file, those of the command line last.
+#[derive(Debug)]
+pub struct ScenarioError {
+    /// The file.
+    pub file: PathBuf,
+    /// The scenario's name, if that much could be read.
+    pub scenario: Option<String>,
+    /// The mistakes; at least one.
+    pub mistakes: Vec<Mistake>,
+}
+
+impl std::error::Error for ScenarioError {}
+
+/// A line for each mistake, and their number below if there are several.
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, mistake) in self.mistakes.iter().enumerate() {
+            let end = if i == 0 { "" } else { "\n" };
+            write!(f, "{end}{mistake}")?;
+        }
+        match self.mistakes.len() {
+            1 => Ok(()),
+            n => write!(f, "\n{n} mistakes in {}", self.file.display()),
+        }
+    }
+}
+
+/// One mistake of a scenario. Its text begins with the [`Location`].
+#[derive(Debug)]
 #[non_exhaustive]
-pub enum ScenarioError {
+pub enum Mistake {
     /// A file could not be read.
-    #[error("{path}: cannot read the file: {source}{}", shipped_hint(hint), path = path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -52,7 +78,6 @@ pub enum ScenarioError {
         hint: Option<String>,
     },
     /// The text is not TOML.
-    #[error("{place}: not valid TOML: {message}")]
     Syntax {
         /// Where the parser stopped.
         place: Location,
@@ -60,7 +85,6 @@ pub enum ScenarioError {
         message: String,
     },
     /// A key that no section has.
-    #[error("{place}: unknown key `{key}`{right}")]
     UnknownKey {
         /// Where the key stands.
         place: Location,
@@ -70,7 +94,6 @@ pub enum ScenarioError {
         right: Box<Choices>,
     },
     /// A word that is none of the choices.
-    #[error("{place}: `{key}` cannot be \"{value}\"{right}")]
     UnknownChoice {
         /// Where the word stands.
         place: Location,
@@ -82,7 +105,6 @@ pub enum ScenarioError {
         right: Box<Choices>,
     },
     /// A value of the wrong type or form.
-    #[error("{place}: `{key}`: {message}")]
     Type {
         /// Where the value stands.
         place: Location,
@@ -92,13 +114,61 @@ pub enum ScenarioError {
         message: String,
     },
     /// A value of the right type that breaks a rule, or does not go with another one.
-    #[error("{place}: {message}")]
     Rule {
         /// Where the value stands (the whole file, if a default is at odds with what the file says).
         place: Location,
+        /// The key to blame.
+        key: String,
         /// The rule and what breaks it, with the key's name.
         message: String,
     },
+}
+
+impl Mistake {
+    /// Where it is.
+    pub fn place(&self) -> Location {
+        match self {
+            Mistake::Read { path, .. } => Location::File(path.clone()),
+            Mistake::Syntax { place, .. }
+            | Mistake::UnknownKey { place, .. }
+            | Mistake::UnknownChoice { place, .. }
+            | Mistake::Type { place, .. }
+            | Mistake::Rule { place, .. } => place.clone(),
+        }
+    }
+
+    /// The key to blame, with its section.
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Mistake::Read { .. } | Mistake::Syntax { .. } => None,
+            Mistake::UnknownKey { key, .. }
+            | Mistake::UnknownChoice { key, .. }
+            | Mistake::Type { key, .. }
+            | Mistake::Rule { key, .. } => Some(key),
+        }
+    }
+
+    /// What is wrong, and what would be right, without the place.
+    pub fn message(&self) -> String {
+        match self {
+            Mistake::Read { source, hint, .. } => {
+                format!("cannot read the file: {source}{}", shipped_hint(hint))
+            }
+            Mistake::Syntax { message, .. } => format!("not valid TOML: {message}"),
+            Mistake::UnknownKey { key, right, .. } => format!("unknown key `{key}`{right}"),
+            Mistake::UnknownChoice {
+                key, value, right, ..
+            } => format!("`{key}` cannot be \"{value}\"{right}"),
+            Mistake::Type { key, message, .. } => format!("`{key}`: {message}"),
+            Mistake::Rule { message, .. } => message.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place(), self.message())
+    }
 }
 
 /// What would have been right.
@@ -143,6 +213,8 @@ pub struct BrokenRule {
     pub key: String,
     /// The rule and what breaks it.
     pub message: String,
+    /// Other keys that the rule is about: while one of them is wrong itself, nobody knows whether this rule is broken.
+    pub others: Vec<String>,
 }
 
 impl BrokenRule {
@@ -152,16 +224,23 @@ impl BrokenRule {
         if !message.contains(&key) {
             message = format!("{key}: {message}");
         }
-        Self { key, message }
+        Self {
+            key,
+            message,
+            others: Vec::new(),
+        }
+    }
+
+    /// The same of a rule that is about these keys, too.
+    pub(super) fn beside(mut self, others: &[&str]) -> Self {
+        self.others.extend(others.iter().map(|&key| key.to_owned()));
+        self
     }
 }
 
 impl From<ParameterError> for BrokenRule {
     fn from(error: ParameterError) -> Self {
-        Self {
-            key: error.path(),
-            message: error.to_string(),
-        }
+        Self::new(error.path(), error.to_string())
     }
 }
 

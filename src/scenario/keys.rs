@@ -48,6 +48,14 @@ impl KeyPlaces {
             .map(|(name, _, _)| name.as_str())
     }
 
+    /// The range of a key, or of the element of a list.
+    pub(super) fn key(&self, key: &str) -> Option<&Range<usize>> {
+        self.0
+            .iter()
+            .find(|(name, _, _)| name == key)
+            .map(|(_, key, _)| key)
+    }
+
     /// The range of a key's value.
     pub(super) fn value(&self, key: &str) -> Option<&Range<usize>> {
         self.0

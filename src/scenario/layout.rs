@@ -11,6 +11,35 @@ use crate::seeds::{Stream, stream};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
+/// Keys that decide which states there are.
+pub(super) const STATES: [&str; 14] = [
+    "env.kind",
+    "env.rows",
+    "env.cols",
+    "env.room",
+    "env.doors",
+    "env.corridor",
+    "env.loops",
+    "env.fill",
+    "env.rounds",
+    "env.seed",
+    "env.size",
+    "env.map",
+    "env.file",
+    "env.actions",
+];
+
+/// Keys that decide which of them an episode visits, and what that pays.
+const EPISODES: [&str; 7] = [
+    "env.start",
+    "env.goals",
+    "env.moved_goals",
+    "env.hazards",
+    "env.reward",
+    "env.rewards",
+    "env.continuing",
+];
+
 impl EnvParams {
     /// The numbers that a map needs to become a world.
     pub(crate) fn grid_world_params(&self) -> GridWorldParams {
@@ -153,7 +182,7 @@ impl EnvParams {
             _ if self.kind.is_board() => "env.kind".to_owned(),
             _ => "env.map".to_owned(),
         };
-        BrokenRule::new(key, error.to_string())
+        beside_others(BrokenRule::new(key, error.to_string()), &error)
     }
 
     /// `key` if it is given, else the map that says the same by its characters.
@@ -166,7 +195,26 @@ impl EnvParams {
 }
 
 fn place_rule(key: &str, error: &EnvError) -> BrokenRule {
-    BrokenRule::new(key, error.to_string())
+    beside_others(BrokenRule::new(key, error.to_string()), error)
+}
+
+/// The rule with the other keys that a world's complaint is about.
+fn beside_others(broken: BrokenRule, error: &EnvError) -> BrokenRule {
+    match error {
+        EnvError::Slip { .. } | EnvError::NoSteps | EnvError::RewardKey { .. } => broken,
+        EnvError::LayoutParameter { .. }
+        | EnvError::UnknownCharacter { .. }
+        | EnvError::SecondStart { .. }
+        | EnvError::StepRewardPositive { .. }
+        | EnvError::Unreadable { .. }
+        | EnvError::EdgeList { .. } => broken.beside(&["env.kind"]),
+        EnvError::EmptyMap
+        | EnvError::MapTooLarge { .. }
+        | EnvError::NoFreeCell
+        | EnvError::OutsideMap { .. }
+        | EnvError::UnknownState { .. } => broken.beside(&STATES),
+        _ => broken.beside(&STATES).beside(&EPISODES),
+    }
 }
 
 /// What draws the goal that a run with this seed has for itself.
@@ -196,8 +244,8 @@ fn placement(key: &str, place: &Place) -> Result<Placement, BrokenRule> {
         Some(near) => format!("did you mean \"{near}\"?"),
         None => format!("it is one of {}, or [row, column]", names.join(", ")),
     };
-    Err(BrokenRule::new(
-        key,
-        format!("\"{name}\" is no place on a map; {hint}"),
-    ))
+    Err(
+        BrokenRule::new(key, format!("\"{name}\" is no place on a map; {hint}"))
+            .beside(&["env.kind"]),
+    )
 }

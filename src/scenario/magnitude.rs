@@ -10,6 +10,7 @@
 
 use super::env::{EnvParams, GoalList};
 use super::error::BrokenRule;
+use super::layout::STATES;
 use crate::env::{EdgeList, LARGEST_RETURN, RewardScheme, SMALLEST_REWARD};
 
 /// Steps are counted in 64 bits.
@@ -51,6 +52,13 @@ impl Extent {
     }
 }
 
+/// The rule with the other keys that say how long a run may take.
+fn beside_extent(broken: BrokenRule) -> BrokenRule {
+    broken
+        .beside(&["run.episodes", "env.max_steps"])
+        .beside(&STATES)
+}
+
 /// Rounded down to two digits, so that what a message allows is allowed.
 fn two_digits_below(positive: f64) -> f64 {
     let unit = 10_f64.powi(libm::log10(positive).floor() as i32 - 1);
@@ -82,7 +90,7 @@ impl EnvParams {
         for (key, reward) in self.rewards_by_key(goals) {
             if let Some(rule) = extent.broken_by(reward) {
                 let message = format!("{key} = {reward:e}: {rule}");
-                return Err(BrokenRule::new(key, message));
+                return Err(beside_extent(BrokenRule::new(key, message)));
             }
         }
         let Some(list) = list else {
@@ -92,7 +100,7 @@ impl EnvParams {
             if let Some(rule) = extent.broken_by(reward) {
                 let file = list.file();
                 let message = format!("{file}, line {line}, column reward: {reward:e} is {rule}");
-                return Err(BrokenRule::new("env.file", message));
+                return Err(beside_extent(BrokenRule::new("env.file", message)));
             }
         }
         Ok(())

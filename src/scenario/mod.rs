@@ -17,12 +17,12 @@
 //! | `[run]` | how long | [`RunParams`] |
 //! | `[arms.NAME]` | what to compare, beside the built-in arms | [`ArmParams`] |
 
-mod action_names;
 mod arms;
 mod built_in_arms;
 mod document;
 mod env;
 mod error;
+mod examination;
 mod goals;
 mod keys;
 mod layout;
@@ -37,9 +37,8 @@ mod worlds;
 
 pub use arms::{Arm, ArmParams};
 pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm, DEFAULT_ARM};
-pub use document::Document;
 pub use env::{Actions, EnvKind, EnvParams};
-pub use error::{BrokenRule, Choices, Location, ScenarioError, nearest};
+pub use error::{BrokenRule, Choices, Location, Mistake, ScenarioError, nearest};
 pub use goals::{Draw, GoalSpec, Goals, HazardSpec};
 pub use place::{MaxSteps, MoveAfter, Place};
 pub use potential_file::PotentialFile;
@@ -49,6 +48,7 @@ pub use template::template;
 pub use world::{MovedWorld, Names, World};
 pub use worlds::Worlds;
 
+use self::examination::Examination;
 use crate::agent::{AgentParams, Untried};
 use crate::engine::ScheduleParams;
 use crate::exploration::{ExplorationKind, ExplorationParams};
@@ -139,13 +139,17 @@ impl Scenario {
     /// `section.key=value` over it.
     ///
     /// # Errors
-    /// [`ScenarioError`] with file, line and column, or the assignment to blame.
+    /// [`ScenarioError`]: every mistake with file, line and column, or the assignment to blame.
     pub fn load(path: &Path, sets: &[String]) -> Result<Loaded, ScenarioError> {
         match std::fs::read_to_string(path) {
             Ok(text) => Self::parse(path, text, sets),
-            Err(source) => match shipped().iter().find(|s| Path::new(s.name) == path) {
+            Err(source) => match Shipped::named(path) {
                 Some(found) => Self::parse(path, found.text.to_owned(), sets),
-                None => Err(unreadable(path, source)),
+                None => Err(ScenarioError {
+                    file: path.to_owned(),
+                    scenario: None,
+                    mistakes: vec![unreadable(path, source)],
+                }),
             },
         }
     }
@@ -155,35 +159,17 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
-        let document = Document::new(path, text, sets)?;
-        let scenario = Self::of(&document)?;
-        let mut worlds = Worlds::of(&scenario).map_err(|broken| document.blame(broken))?;
-        scenario.check_arms(&document, &mut worlds)?;
+        let mut examined = Examination::of_file(path, text, sets)?;
+        examined.sections();
+        let mut worlds = examined.until_sound(Worlds::of);
+        arms::examine(&mut examined, worlds.as_mut());
+        let text = examined.document().text().to_owned();
+        let scenario = examined.finish()?;
         Ok(Loaded {
             scenario,
-            text: document.text().to_owned(),
-            worlds,
+            text,
+            worlds: worlds.expect("a scenario without mistakes has worlds"),
         })
-    }
-
-    /// The scenario of a document, complete and checked but for its worlds and its arms.
-    fn of(document: &Document) -> Result<Scenario, ScenarioError> {
-        let scenario = Self::completed(document)?;
-        scenario.checked(document)
-    }
-
-    /// The scenario of a document, complete.
-    fn completed(document: &Document) -> Result<Scenario, ScenarioError> {
-        let mut scenario: Scenario = document.deserialize()?;
-        scenario.complete(document.path());
-        Ok(scenario)
-    }
-
-    /// The same scenario, if no section breaks a rule.
-    fn checked(self, document: &Document) -> Result<Scenario, ScenarioError> {
-        let checked = self.validate_sections();
-        checked.map_err(|broken| document.blame(broken))?;
-        Ok(self)
     }
 
     /// The scenario as TOML with every default written out.
@@ -243,6 +229,17 @@ impl Scenario {
         Ok(())
     }
 
+    /// Checks the section `[shaping]`.
+    fn check_shaping(&self) -> Result<(), BrokenRule> {
+        let checked = self.shaping.validate();
+        checked.map_err(|error| match error.key {
+            "potential" | "file" => {
+                BrokenRule::from(error).beside(&["shaping.potential", "shaping.file"])
+            }
+            _ => error.into(),
+        })
+    }
+
     /// Checks every section, and that they go together; builds the world to see that it is one.
     ///
     /// # Errors
@@ -257,19 +254,31 @@ impl Scenario {
     /// # Errors
     /// The first broken rule, with the key to blame.
     pub(crate) fn validate_sections(&self) -> Result<(), BrokenRule> {
-        check_name(&self.name)?;
-        self.env.validate()?;
-        self.require_unicode_paths()?;
-        self.spectral.validate().map_err(ParameterError::from)?;
-        self.deepwalk.validate()?;
-        self.gcn.validate()?;
-        self.shaping.validate()?;
-        self.exploration.validate()?;
-        self.agent.validate()?;
-        self.schedule.validate()?;
-        Ok(self.run.validate()?)
+        CHECKS.iter().try_for_each(|check| check(self))
     }
 }
+
+/// A check of a scenario, which finds the first rule that is broken.
+type Check = fn(&Scenario) -> Result<(), BrokenRule>;
+
+/// What is checked of the sections, each by itself.
+const CHECKS: [Check; 12] = [
+    |scenario| check_name(&scenario.name),
+    |scenario| scenario.env.check_numbers(),
+    |scenario| scenario.env.validate(),
+    Scenario::require_unicode_paths,
+    |scenario| {
+        let checked = scenario.spectral.validate();
+        Ok(checked.map_err(ParameterError::from)?)
+    },
+    |scenario| Ok(scenario.deepwalk.validate()?),
+    |scenario| Ok(scenario.gcn.validate()?),
+    |scenario| scenario.check_shaping(),
+    |scenario| Ok(scenario.exploration.validate()?),
+    |scenario| Ok(scenario.agent.validate()?),
+    |scenario| Ok(scenario.schedule.validate()?),
+    |scenario| Ok(scenario.run.validate()?),
+];
 
 /// Checks that `name` can name a scenario, and so a folder.
 ///
@@ -288,10 +297,10 @@ fn is_name_character(c: char) -> bool {
 }
 
 /// A missing file, with the shipped scenario that may have been meant.
-fn unreadable(path: &Path, source: std::io::Error) -> ScenarioError {
+fn unreadable(path: &Path, source: std::io::Error) -> Mistake {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let hint = nearest(&stem, shipped().iter().map(|s| s.name)).map(str::to_owned);
-    ScenarioError::Read {
+    Mistake::Read {
         path: path.to_owned(),
         source,
         hint,

@@ -8,6 +8,7 @@
 //! numbers of states, which another run gives to others.
 
 use super::error::{BrokenRule, nearest};
+use super::layout::STATES;
 use super::world::World;
 use crate::env::LARGEST_RETURN;
 use std::collections::HashMap;
@@ -52,7 +53,7 @@ impl PotentialFile {
     /// If the file cannot be read, has other columns, gives a state twice or one that is not in the world, or a φ that is no
     /// number of a size that can be added up.
     pub(super) fn read(path: &Path, world: &World) -> Result<Self, BrokenRule> {
-        let broken = |message: String| BrokenRule::new(KEY, message);
+        let broken = |message: String| BrokenRule::new(KEY, message).beside(&STATES);
         let text = std::fs::read_to_string(path);
         let text = text.map_err(|e| broken(format!("{}: cannot read: {e}", path.display())))?;
         let values = values(&text, &States::of(world)).map_err(|(line, problem)| {

@@ -1,5 +1,7 @@
 //! The scenarios that come with the program, inside it.
 
+use std::path::Path;
+
 /// A scenario of the folder `scenarios/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shipped {
@@ -10,6 +12,12 @@ pub struct Shipped {
 }
 
 impl Shipped {
+    /// The one of this name; `-` is as good as `_`.
+    pub(super) fn named(name: &Path) -> Option<&'static Self> {
+        let name = name.to_str()?.replace('-', "_");
+        shipped().iter().find(|scenario| scenario.name == name)
+    }
+
     /// What it shows: the first line of the file.
     pub fn shows(&self) -> &'static str {
         let line = self.text.lines().find(|line| line.starts_with("# "));

@@ -31,6 +31,7 @@ pub fn template(name: &str, kind: Option<EnvKind>) -> String {
             if section == "env" && kind.is_some_and(|kind| !kind.has_use_for(&key)) {
                 continue;
             }
+            let about = about + &choices(&schema, &object["properties"][&key]);
             if let Some(value) = world.get(&key).filter(|_| section == "env") {
                 let _ = writeln!(text, "{}{key} = {value}", comment(&about));
                 continue;
@@ -144,6 +145,32 @@ fn properties(schema: &Value, object: &Value) -> Vec<(String, String)> {
             )
         })
         .collect()
+}
+
+/// The end of a comment: the words that a key may have, if it may have any.
+fn choices(schema: &Value, property: &Value) -> String {
+    let mut words = Vec::new();
+    let are_all = collect_words(schema, property, &mut words);
+    let words: Vec<String> = words.into_iter().map(|word| format!("{word:?}")).collect();
+    match (words.as_slice(), are_all) {
+        ([] | [_], _) => String::new(), // what else there is, the description says
+        (words, true) => format!(" One of: {}.", words.join(", ")),
+        (words, false) => format!(" Its words: {}.", words.join(", ")),
+    }
+}
+
+/// Adds the words that `value` allows. Whether it allows nothing else.
+fn collect_words<'a>(schema: &'a Value, value: &'a Value, words: &mut Vec<&'a str>) -> bool {
+    let value = resolve(schema, value);
+    let word = value["const"].as_str();
+    words.extend(word);
+    let alternatives = ["oneOf", "anyOf"].map(|kind| value[kind].as_array());
+    let alternatives: Vec<&Value> = alternatives.into_iter().flatten().flatten().collect();
+    let mut are_all = word.is_some() || value["type"] == "null" || !alternatives.is_empty();
+    for alternative in alternatives {
+        are_all &= collect_words(schema, alternative, words);
+    }
+    are_all
 }
 
 /// What a `$ref` refers to; the value itself, if it is none.

@@ -94,7 +94,8 @@ impl Scenario {
             return Err(BrokenRule::new(
                 GoalList::Moved.key(),
                 "env.moved_goals = env.goals: the goals would not move",
-            ));
+            )
+            .beside(&[GoalList::First.key()]));
         }
         if after >= self.run.episodes && self.env.goals_move_after != Some(MoveAfter::Half) {
             return Err(BrokenRule::new(
@@ -103,7 +104,8 @@ impl Scenario {
                     "env.goals_move_after = {after}, but the run has {} episodes: the goals would never move",
                     self.run.episodes
                 ),
-            ));
+            )
+            .beside(&["run.episodes", GoalList::Moved.key()]));
         }
         let episodes = self.run.episodes;
         let world = self.env.world(list, GoalList::Moved, seed, episodes)?;
@@ -272,12 +274,16 @@ fn state_name(key: &str, place: &Place, list: &EdgeList) -> Result<String, Broke
     match place {
         Place::Named(name) => match list.state(name.trim()) {
             Ok(_) => Ok(name.trim().to_owned()),
-            Err(unknown) => Err(BrokenRule::new(key, unknown.to_string())),
+            Err(unknown) => {
+                let broken = BrokenRule::new(key, unknown.to_string());
+                Err(broken.beside(&["env.kind", "env.file"]))
+            }
         },
         Place::Cell(_) => Err(BrokenRule::new(
             key,
             format!("{place} is a place on a map; an edge list has names"),
-        )),
+        )
+        .beside(&["env.kind"])),
     }
 }
 
@@ -296,6 +302,14 @@ impl World {
         match self {
             World::Grid(world) => world.num_actions(),
             World::Listed(world, _) => world.num_actions(),
+        }
+    }
+
+    /// Names of the actions, in the order of their numbers.
+    pub fn action_names(&self) -> Vec<&str> {
+        match self {
+            World::Grid(_) => GridWorld::ACTION_NAMES.to_vec(),
+            World::Listed(_, names) => names.actions.iter().map(String::as_str).collect(),
         }
     }
 

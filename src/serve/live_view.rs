@@ -54,6 +54,11 @@ impl<'a> LiveView<'a> {
             refreshes: refreshes.cloned().collect(),
             snapshots: self.snapshots.up_to_now(run.steps(), &known),
             labels: known.labels(),
+            actions: known
+                .action_names()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
             policy: run.policy(),
             graph: known.graph_rows().collect(),
         });

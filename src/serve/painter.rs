@@ -43,6 +43,8 @@ pub(super) struct LiveUpdate {
     pub snapshots: Vec<Snapshot>,
     /// Place (`row,col`) or name of each state.
     pub labels: Vec<String>,
+    /// Names of the actions by number.
+    pub actions: Vec<String>,
     /// Visits and best action of each state.
     pub policy: Vec<PolicyRow>,
     /// What was seen.
@@ -138,6 +140,7 @@ fn take_in(run: &mut RecordedRun, update: LiveUpdate) {
     seed.refreshes = update.refreshes;
     seed.snapshots = update.snapshots;
     seed.labels = update.labels;
+    seed.actions = Some(update.actions);
     seed.policy = update.policy;
     seed.graph = update.graph;
 }

@@ -87,6 +87,7 @@ pub(super) fn update(step: u64) -> LiveUpdate {
             .collect(),
         refreshes: Vec::new(),
         snapshots: vec![snapshot],
+        actions: vec!["on".to_owned()],
         labels: vec!["0,0".to_owned()],
         policy: Vec::new(),
         graph: Vec::new(),

@@ -97,7 +97,7 @@ pub enum ScaleMode {
 pub struct ShapingParams {
     /// Where φ comes from.
     pub potential: PotentialKind,
-    /// Units of φ: `return` or `raw` (as the model puts it out, only for `report`, `dr` and `sr`).
+    /// Units of φ; `raw`, as the model puts it out, only for `report`, `dr` and `sr`.
     pub scale: ScaleMode,
     /// Factor of φ, at most 1e6. At 1 `gcn`, `heat` and `hops` are the return-to-go itself; with `scale = "return"` the others reach from 0 to
     /// what the longest known way to a goal costs.

@@ -15,6 +15,7 @@ mod graph_properties;
 #[path = "../common/graphs.rs"]
 mod graphs;
 mod matrix_market;
+mod mistakes;
 mod potentials;
 mod scenarios;
 mod search_by_value;

@@ -33,7 +33,7 @@ fn every_file_behind_the_figures_is_there_and_valid() {
         let path = format!("scenarios/report/{}.toml", file.name);
         let loaded = Scenario::load(Path::new(&path), &[]);
         let scenario = loaded.unwrap_or_else(|error| panic!("{error}")).scenario;
-        assert_eq!(scenario.name.replace('-', "_"), file.name);
+        assert_eq!(scenario.name, file.name);
         assert!(file.text.starts_with("# Figure ") && file.text.contains("\n# Expect "));
         assert!(file.text.contains("\n#:schema ../schema.json\n"));
     }
@@ -62,7 +62,7 @@ fn every_file_opens_with_what_it_shows_and_what_to_expect() {
 #[test]
 fn every_file_is_valid_and_named_after_itself() {
     for file in shipped() {
-        assert_eq!(load(file).name.replace('-', "_"), file.name);
+        assert_eq!(load(file).name, file.name);
     }
 }
 

@@ -3,9 +3,12 @@
 mod bounds;
 mod cli;
 mod compare;
+mod completions;
 mod default_agent;
 mod export;
 mod interruptions;
+mod json;
+mod listed_names;
 mod live_page;
 mod own_graphs;
 mod potential_kinds;

@@ -92,7 +92,7 @@ pub fn taxi() -> Result<Board, EnvError> {
     Ok(Board {
         mdp,
         names: states.iter().map(|state| state.name()).collect(),
-        actions: &["down", "up", "right", "left", "fetch", "set down"],
+        actions: &["south", "north", "east", "west", "pickup", "dropoff"],
         starts: (0..states.len()).filter(begins).collect(),
         reward_deviations: Vec::new(),
         max_steps: MAX_STEPS,

@@ -309,7 +309,7 @@ impl Layout {
     }
 
     /// Whether `cell` is a goal.
-    pub(crate) fn is_goal(&self, cell: Cell) -> bool {
+    pub fn is_goal(&self, cell: Cell) -> bool {
         self.goals.iter().any(|goal| goal.cell == cell)
     }
 

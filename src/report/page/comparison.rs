@@ -2,11 +2,9 @@
 
 use super::PROGRAM;
 use super::data::{Arm, PageData, Phases, Versus, command, short_band};
-use super::ground::Ground;
+use super::ground::map_of;
 use super::sights::Sights;
-use crate::archive::{
-    ArmSummary, ArmTiming, LearningCurve, RecordedArm, RecordedComparison, RecordedSeed,
-};
+use crate::archive::{ArmSummary, ArmTiming, LearningCurve, RecordedArm, RecordedComparison};
 use crate::report::band::Band;
 use crate::report::comparison_table::{
     dash, final_cell, greedy_cell, iqm, moments, percent, ratio,
@@ -56,8 +54,8 @@ fn of_arm(
 ) -> Arm {
     let time = &timing.median;
     let last = recorded.numbers.episodes.saturating_sub(1);
-    let ground = |seed: &RecordedSeed| Ground::of(&arm.scenario, seed.seed, last);
-    let sights = (arm.first.as_ref()).map(|seed| Sights::new(seed, ground(seed)));
+    let sights = |seed| Sights::new(seed, map_of(&arm.scenario, seed.seed, last).as_ref());
+    let sights = arm.first.as_ref().map(sights);
     let curves: Vec<&LearningCurve> = arm.trials.iter().map(|trial| &trial.curve).collect();
     let points = curves.iter().map(|curve| curve.episodes.len()).min();
     let points = points.unwrap_or(0);

@@ -1,7 +1,7 @@
 //! Runs as the arms of a page: means over seeds with Student's intervals.
 
 use super::data::{Arm, Effort, PageData, Phases, command, short_band, tenths, with_interval};
-use super::ground::Ground;
+use super::ground::map_of;
 use super::names::{RunName, run_names, world_titles};
 use super::sights::{Sights, short};
 use super::{MAX_POINTS, PROGRAM};
@@ -65,7 +65,7 @@ fn of_world(title: String, runs: &[&RecordedRun]) -> PageData {
 fn arm(run: &RecordedRun, name: RunName) -> Arm {
     let seed = &run.seeds[0];
     let last = seed.num_episodes().saturating_sub(1);
-    let ground = Ground::of(&run.scenario, seed.seed, last);
+    let map = map_of(&run.scenario, seed.seed, last);
     let ends: Vec<Vec<usize>> = run.seeds.iter().map(RecordedSeed::ends).collect();
     let common = ends.iter().map(|ends| ends.last().copied().unwrap_or(0));
     let blocks = blocks(common.min().unwrap_or(0), MAX_POINTS);
@@ -102,7 +102,7 @@ fn arm(run: &RecordedRun, name: RunName) -> Arm {
         versus: None,
         phases: phases(run),
         checks: validity(&run.scenario, seed),
-        sights: Some(Sights::new(seed, ground)),
+        sights: Some(Sights::new(seed, map.as_ref())),
         solver: efforts(seed),
     }
 }

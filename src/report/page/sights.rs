@@ -4,7 +4,6 @@
 //! a state where there is no map. Places are numbered in the order of discovery, so that every frame knows the first
 //! few of them.
 
-use super::ground::Ground;
 use super::packed::Packed;
 use crate::archive::RecordedSeed;
 use crate::archive::Snapshot;
@@ -78,9 +77,8 @@ impl Frame {
 }
 
 impl Sights {
-    /// What `seed` has left on its ground.
-    pub(super) fn new(seed: &RecordedSeed, ground: Ground) -> Self {
-        let layout = ground.layout.as_ref();
+    /// What `seed` has left on its map, if there is one.
+    pub(super) fn new(seed: &RecordedSeed, layout: Option<&Layout>) -> Self {
         let side = layout.map_or(1, |map| side(map.num_cells()));
         let map = layout.map(|layout| Map::new(layout, side));
         let places = Places::new(seed, layout, side);
@@ -90,7 +88,7 @@ impl Sights {
                 Some(_) => Vec::new(),
                 None => names(&seed.labels[..places.count]),
             },
-            actions: ground.actions,
+            actions: seed.actions.clone().unwrap_or_default(),
             greedy: match side {
                 1 => places.greedy(seed),
                 _ => Vec::new(),
