@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Puts the results of table.py into docs/learning.md, docs/method.md and README.md, between their markers.
 
-Usage: benches/learning/page.py OUT        (the folder that table.py has filled)
+Usage: benches/learning/page.py OUT        (the folder that table.py has filled; tables of parts that it has not run stay as they are)
 """
 
 import json
@@ -33,6 +33,11 @@ def parts(out, names=protocol.PARTS):
     """(world, result) of every world that was run, in the order of the protocol."""
     pairs = [(world, read(out, name, world)) for name in names for world in protocol.PARTS[name]]
     return [(world, result) for world, result in pairs if result]
+
+
+def complete(out, name, worlds):
+    """Whether a part has been run to its end."""
+    return all(read(out, name, world) for world in worlds)
 
 
 def number(value):
@@ -244,12 +249,13 @@ def front(results):
         yield f"| {world.name} | " + " | ".join(cells) + " |"
 
 
-def fill(page, tables):
+def fill(page, tables, commit):
     path = ROOT / page
     text = path.read_text()
     for name, lines in tables.items():
         block = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.S)
-        text, hits = block.subn(lambda m: m[1] + "\n" + "\n".join(lines) + "\n" + m[2], text)
+        table = "\n".join([*lines, "", f"*Commit {commit}.*"])
+        text, hits = block.subn(lambda m: m[1] + "\n" + table + "\n" + m[2], text)
         if hits != 1:
             sys.exit(f"{page}: {hits} places marked <!-- {name} -->, want one")
     path.write_text(text)
@@ -263,22 +269,32 @@ def main():
     as_it_comes = [arm.name for arm in protocol.ARMS] + protocol.FIXED
     tuned = [f"{arm.name}-tuned" for arm in protocol.ARMS]
     every = parts(out)
-    tables = {"default arm": default_arm(every), "commit": [f"*Measured at commit {commit}.*"]}
-    for name in protocol.PARTS:
+    tables, of_method = {}, {}
+    done = [name for name in protocol.PARTS if complete(out, name, protocol.PARTS[name])]
+    for name in done:
         results = parts(out, [name])
         tables[f"all arms, {name}"] = all_arms(results, as_it_comes)
         if name not in protocol.AS_THEY_COME:
             tables[f"tuned arms, {name}"] = all_arms(results, tuned)
-    tables["profile"] = profile(every, as_it_comes + tuned)
-    tables["verdicts"] = verdicts(every, [n for n in as_it_comes if n != "gcn"])
-    tables["tuning"] = tuning(out)
-    tables["times"] = times(out)
-    tables["sensitivity"] = sensitivity(out)
-    fill("docs/learning.md", tables)
-    fill("docs/method.md", {"factorial": factorial(out), "recipes": recipes(out), "transfer": transfer(out), "rooms": rooms(out)})
-    shown = {f"{name}, goal anywhere" for name in ("four_rooms", "rooms_25x25", "open_50x50", "maze_101")}
-    shown |= {"lava_gap_7", "holes", "cliff_walking", "frozen_lake_4", "river_swim_6", "deep_sea_10", "bridge_swamp"}
-    fill("README.md", {"learning": front([(w, r) for w, r in every if w.name in shown])})
+    if done == list(protocol.PARTS):
+        tables["default arm"] = default_arm(every)
+        tables["profile"] = profile(every, as_it_comes + tuned)
+        tables["verdicts"] = verdicts(every, [n for n in as_it_comes if n != "gcn"])
+        shown = {f"{name}, goal anywhere" for name in ("four_rooms", "rooms_25x25", "open_50x50", "maze_101")}
+        shown |= {"lava_gap_7", "holes", "cliff_walking", "frozen_lake_4", "river_swim_6", "deep_sea_10", "bridge_swamp"}
+        fill("README.md", {"learning": front([(w, r) for w, r in every if w.name in shown])}, commit)
+    if (out / "tuned.json").exists():
+        tables["tuning"] = tuning(out)
+    if complete(out, "times", protocol.TIMES):
+        tables["times"] = times(out)
+    if complete(out, "sensitivity", protocol.SENSITIVITY):
+        tables["sensitivity"] = sensitivity(out)
+    if complete(out, "method", protocol.METHOD_WORLDS):
+        of_method |= {"factorial": factorial(out), "recipes": recipes(out)}
+    if (out / "rooms.txt").exists():
+        of_method |= {"transfer": transfer(out), "rooms": rooms(out)}
+    fill("docs/learning.md", tables, commit)
+    fill("docs/method.md", of_method, commit)
 
 
 if __name__ == "__main__":
