@@ -136,6 +136,10 @@ mod tests {
             vec![state.to_string()]
         }
 
+        fn action(&self, _: Action) -> &str {
+            "on"
+        }
+
         fn map(&self) -> Option<Map<'_, u32>> {
             None
         }
