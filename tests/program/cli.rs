@@ -578,8 +578,8 @@ mod runs {
             }
         }
         assert_eq!(
-            compared, 8,
-            "episodes, refreshes, states, potential, eigenvectors, graph, policy, snapshots"
+            compared, 9,
+            "episodes, refreshes, states, potential, eigenvectors, graph, actions, policy, snapshots"
         );
         let results = |run: &Path| {
             let summary = fs::read(run.join("summary.json")).unwrap();
