@@ -257,7 +257,7 @@ fn show() {
             told("a", false, false, "null"),
             told("b", false, false, "null"),
             told("end", true, true, "-3.0"),
-            told("trap", true, false, "-9.0"),
+            told("trap", false, false, "null"),
         ])
     );
     let deep_sea = document(&program, &["show", "deep_sea_10", "--json"]);
