@@ -1,7 +1,7 @@
 //! The folder of a run, and the rules about folders that exist.
 //!
 //! ```text
-//! runs/four-rooms/2026-11-21T22-05-00Z/
+//! runs/four_rooms/2026-11-21T22-05-00Z/
 //!   run.json        who ran what when, and how it ended
 //!   scenario.toml   the scenario as it was given
 //!   resolved.toml   the same with every default and every --set

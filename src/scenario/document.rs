@@ -78,7 +78,9 @@ impl Document {
             place: document.place(error.span().map_or(0, |span| span.start)),
             message: error.message().to_owned(),
         });
-        let mistakes: Vec<Mistake> = errors.collect();
+        let mut mistakes: Vec<Mistake> = errors.collect();
+        // What else the parser stumbles over in a line follows from the first.
+        mistakes.dedup_by_key(|mistake| document.order(&mistake.place()).0);
         match mistakes.is_empty() {
             true => Ok(document),
             false => Err(ScenarioError {

@@ -110,7 +110,7 @@ fn what_only_follows_from_a_mistake_is_not_told() {
         ),
         (
             "[shaping]\npotential = \"fil\"\nfile = \"phi.csv\"\n",
-            vec!["shaping.potential"],
+            vec!["shaping.potential", "shaping.file"],
         ),
         // What goes with others is told where these are sound.
         (
@@ -132,7 +132,7 @@ fn elements_of_lists_keep_their_numbers() {
     let refused = refused(text, &[]);
     assert_eq!(keys(&refused), ["env.goals[0].at", "env.goals[2].at"]);
     let second = refused.mistakes[1].to_string();
-    let begins = "x.toml:4:52: env.goals[2].at: [8, 8] is outside the map";
+    let begins = "x.toml:4:53: env.goals[2].at: [8, 8] is outside the map";
     assert!(second.starts_with(begins), "{second}");
 }
 

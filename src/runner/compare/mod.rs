@@ -1,7 +1,7 @@
 //! Arms × seeds of one scenario, side by side.
 //!
 //! ```text
-//! runs/four-rooms/2026-11-21T22-05-00Z-compare/
+//! runs/four_rooms/2026-11-21T22-05-00Z-compare/
 //!   arms.json       what is compared: arms with their settings, seeds, the command line
 //!   scenario.toml   the scenario as it was given
 //!   arms/gcn/       resolved.toml, and seed-1000.json as soon as that seed has ended
