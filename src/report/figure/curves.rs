@@ -160,7 +160,7 @@ fn tick_label(tick: f64) -> String {
     match power {
         0.0..=9.0 => crate::report::grouped(tick.round() as u64),
         -6.0..0.0 => format!("{:.*}", -power as usize, tick),
-        _ => format!("{tick:e}"),
+        _ => format!("{tick:.0e}"),
     }
 }
 
