@@ -94,7 +94,7 @@ impl Drawing {
             let (x, y) = (left - 8.0, y + 0.35 * letters);
             self.text(x, y, Anchor::End, "", &tick_label(tick));
         }
-        let end = 10_f64.powf(chart.x.1).round();
+        let end = libm::pow(10.0, chart.x.1).round();
         let half = |tick: f64| 0.3 * letters * tick_label(tick).chars().count() as f64;
         let room = |tick: f64| half(tick) + half(end) + 0.5 * letters;
         let apart = |tick: &f64| right - chart.place(*tick, 1.0).0 > room(*tick);
@@ -160,7 +160,7 @@ fn tick_label(tick: f64) -> String {
     match power {
         0.0..=9.0 => crate::report::grouped(tick.round() as u64),
         -6.0..0.0 => format!("{:.*}", -power as usize, tick),
-        _ => format!("{tick:e}"),
+        _ => format!("{tick:.0e}"),
     }
 }
 
