@@ -103,7 +103,7 @@ fn what_only_follows_from_a_mistake_is_not_told() {
             "[env]\ngoals = [{ at = 3 }, { at = \"center\" }]\n",
             vec!["env.goals[0].at"],
         ),
-        ("[env]\nstart = [1, \"x\"]\n", vec!["env.start[1]"]),
+        ("[env]\nstart = [1, \"x\"]\n", vec!["env.start"]),
         (
             "[env]\nmoved_goals = [{ at = \"center\" }]\ngoals_move_after = 600\n[run]\nepisodes = -1\n",
             vec!["run.episodes"],

@@ -82,6 +82,21 @@ fn run() {
         document(&program, &[&out[..], &QUIET].concat())
     });
     holds("run", &documents);
+    let several = [
+        "run",
+        "x.toml",
+        "--no-tensorboard",
+        "--out",
+        "several",
+        "--seeds",
+        "0..2",
+    ];
+    let several = document(&program, &[&several[..], &QUIET].concat());
+    let keys: Vec<&String> = several.as_object().unwrap().keys().collect();
+    assert_eq!(keys, ["scenario", "seeds"]);
+    let seeds = several["seeds"].as_array().unwrap();
+    assert_eq!([&seeds[0]["seed"], &seeds[1]["seed"]], [0, 1]);
+    holds("run", &[&documents[..1], seeds].concat());
 }
 
 #[test]

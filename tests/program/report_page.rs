@@ -176,11 +176,11 @@ fn runs_are_named_by_what_they_differ_in() {
     };
     assert_eq!(
         told(0),
-        ["four-rooms · agent.gamma=1.0", "gamma=1.0", "one"]
+        ["four_rooms · agent.gamma=1.0", "gamma=1.0", "one"]
     );
     assert_eq!(
         told(1),
-        ["four-rooms · agent.gamma=0.9", "gamma=0.9", "two"]
+        ["four_rooms · agent.gamma=0.9", "gamma=0.9", "two"]
     );
     assert_eq!(page_of(path, &["two"])["arms"][0]["name"], "two");
 }
@@ -193,7 +193,7 @@ fn runs_of_different_worlds_do_not_share_a_chart() {
     short_run("spiral", &path.join("spiral"), &[]);
     short_run("four_rooms", &path.join("short"), &["agent.gamma=0.9"]);
     let page = page_of(path, &["rooms", "spiral", "short"]);
-    assert_eq!(page["title"], "four-rooms");
+    assert_eq!(page["title"], "four_rooms");
     assert_eq!(page["arms"].as_array().unwrap().len(), 2);
     let [other] = page["others"].as_array().unwrap().as_slice() else {
         panic!("{}", page["others"]);

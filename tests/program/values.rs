@@ -185,7 +185,7 @@ mod near {
         let holes = listed("holes", "{ at = \"c\" }, { at = \"l\" }");
         let file = program.file("holes.toml", &holes);
         let compare = [
-            "compare", file, "--seeds", "0..2", "--arms", "sparse", "--out", "c",
+            "compare", file, "--seeds", "0..2", "--arms", "sparse", "--out", "c", "--wide",
         ];
         let text = program.prints(&compare);
         for words in [
@@ -196,7 +196,7 @@ mod near {
             assert!(text.contains(words), "no {words} in\n{text}");
         }
         let page = fs::read_to_string(program.path("c/report.html")).unwrap();
-        assert!(page.contains("return of the last episodes"));
+        assert!(page.contains("final return"));
         let text = program.prints(&["run", file, "--out", "r", "-q"]);
         assert!(text.contains(" of 1.00, "), "{text}");
         let page = fs::read_to_string(program.path("r/report.html")).unwrap();

@@ -136,8 +136,8 @@ fn facts(
     let chance = &arm.probability_of_improvement;
     let best = recorded.numbers.optimal_return;
     let final_name = match best < 0.0 {
-        true => "return of the last episodes ÷ best",
-        false => "return of the last episodes",
+        true => "final return ÷ best",
+        false => "final return",
     };
     let mut facts = vec![
         ("regret (reward)", iqm(&arm.regret)),
@@ -168,11 +168,11 @@ fn facts(
             greedy_cell(&arm.greedy_return_unadvised, best),
         ),
         (
-            "seeds whose greedy policy fails",
+            "failed (greedy policy)",
             arm.failures.map_or_else(dash, percent),
         ),
         ("seed with the most regret", arm.worst_seed.to_string()),
-        ("epochs trained", format!("{:.0}", arm.gcn_epochs)),
+        ("epochs of the fits", format!("{:.0}", arm.gcn_epochs)),
         (
             "false maxima of φ",
             arm.spurious_maxima.map_or_else(dash, |n| n.to_string()),

@@ -122,8 +122,8 @@ fn headline(run: &RecordedRun, name: &str) -> String {
     };
     let found = run.summary.seeds.iter().filter_map(|s| s.first_goal_step);
     let goal = match found.min() {
-        Some(step) => format!("first at the goal after {} steps", grouped(step)),
-        None => "never at the goal".to_owned(),
+        Some(step) => format!("first goal after {} steps", grouped(step)),
+        None => "no goal".to_owned(),
     };
     let (steps, fewest) = (last(|s| s.final_mean_steps), last(|s| s.optimal_steps));
     let returns = over_known(run, |s| s.final_return).zip(over_known(run, |s| s.optimal_return));
@@ -166,19 +166,16 @@ fn facts(run: &RecordedRun) -> Vec<(&'static str, String)> {
         ("episodes", over(|s| s.episodes as f64)),
         ("steps", over(|s| s.steps as f64)),
         ("regret (reward)", over(|s| s.regret)),
-        ("steps of the last episodes", over(|s| s.final_mean_steps)),
+        ("final steps", over(|s| s.final_mean_steps)),
         ("optimal steps", over(|s| s.optimal_steps)),
-        ("seeds that found the goal", found.count().to_string()),
+        ("seeds with a first goal", found.count().to_string()),
         ("states discovered", over(|s| s.nodes as f64)),
         ("spectrum refreshes", over(|s| s.spectrum_refreshes as f64)),
-        ("fits", over(|s| s.gcn_fits as f64)),
+        ("fits of the potential", over(|s| s.gcn_fits as f64)),
     ];
     let returns = [
         ("optimal return", over_known(run, |s| s.optimal_return)),
-        (
-            "return of the last episodes",
-            over_known(run, |s| s.final_return),
-        ),
+        ("final return", over_known(run, |s| s.final_return)),
     ];
     for (name, value) in returns {
         if let Some((mean, low, high)) = value {
