@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import multiprocessing
 import pickle
 import struct
 
@@ -140,6 +141,24 @@ def test_a_copy_goes_on_as_if_nothing_had_happened(copied, rng):
         one.observe(0, canonical(2), -1.0, False, False)
     assert play(engine, 5) == play(other, 5)
     assert engine.to_bytes() == other.to_bytes()
+
+
+def played_on(engine: Engine) -> bytes:
+    play(engine, 3)
+    engine.refit()
+    return engine.to_bytes()
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes are not forked here")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_forked_processes_go_on():
+    """Though the threads that the fits of the parent started are not there."""
+    engine = Engine(3, 1.0, **FOLLOWED)
+    played_on(engine)
+    saved = pickle.dumps(engine)
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        there = pool.apply_async(played_on, (pickle.loads(saved),)).get(timeout=300)
+    assert there == played_on(engine)
 
 
 def test_files_are_read_back_and_damage_is_found(tmp_path):
