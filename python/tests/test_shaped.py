@@ -125,7 +125,7 @@ def test_statistics_inside_are_of_raw_returns(corridor):
         if "episode" in said[-1] and len(said) == 5:
             assert said[-1]["episode"]["r"] == -length
             checked += 1
-    assert checked > 5
+    assert checked >= 5
 
 
 def test_a_monitor_is_put_inside_where_stable_baselines_is_in_use(corridor, monkeypatch):
@@ -269,16 +269,29 @@ def test_states_that_never_repeat_are_warned_of(corridor):
             env.step(1)
 
 
-def test_a_key_that_confuses_states_is_warned_of():
+def test_a_key_that_confuses_states_is_warned_of(corridor):
+    class Locked(corridor):
+        """The door behind room 1 is locked until the lever in room 0 was pulled, by going back there."""
+
+        def reset(self, **kwargs):
+            self.is_open = False
+            return super().reset(**kwargs)
+
+        def step(self, action):
+            self.is_open |= self.room == 0 and action == 1
+            if self.room == 1 and action == 0 and not self.is_open:
+                self.room = 0  # and pushed back
+            return super().step(action)
+
     def wandered(key):
-        env = eigentrail.Shaped(ReseedWrapper(gym.make("MiniGrid-DoorKey-5x5-v0"), seeds=(0,)), key=key)
+        env = eigentrail.Shaped(Locked(length=4, limit=8), key=key)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            rollout(env, 6000, 0)
+            rollout(env, 20_000, 0)
         return [str(w.message) for w in caught if "behave differently" in str(w.message)]
 
-    assert len(wandered("minigrid-pose")) == 1
-    assert wandered("minigrid") == []
+    assert len(wandered("obs")) == 1
+    assert wandered(lambda env: (env.unwrapped.room, env.unwrapped.is_open)) == []
 
 
 def test_a_slippery_world_is_not_taken_for_a_bad_key():
