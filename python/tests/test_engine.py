@@ -36,7 +36,8 @@ def test_the_potential_rises_towards_the_goal_and_is_the_way_that_is_left():
     play(engine, 10)
     engine.refit()
     order = [engine.node_of(canonical(room)) for room in range(LENGTH)]
-    np.testing.assert_allclose(engine.potential()[order], np.arange(1 - LENGTH, 1), atol=0.3)
+    # A soft value: somewhat below the return that is left.
+    np.testing.assert_allclose(engine.potential()[order], np.arange(1 - LENGTH, 1), rtol=0.25)
     assert engine.goals() == [order[-1]] and engine.spurious_maxima() == []
     assert (engine.look_ahead()[order[:-1]].argmax(axis=1) == 0).all()
     assert engine.phi(canonical(3)) == engine.phi(order[3]) == engine.potential()[order[3]]

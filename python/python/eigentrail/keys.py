@@ -49,6 +49,11 @@ class Namer:
             self._reset(env)
         return None if self._layout is None else canonical(self._layout(env))
 
+    @property
+    def knows_clock(self) -> bool:
+        """Whether rewards depend on the time in the episode, which is no part of the state."""
+        return self._stop_clock is not None
+
     def stop_clock(self, env: Any) -> None:
         """To be called before a step whose outcome is not to depend on the time."""
         if self._stop_clock is not None:
