@@ -258,3 +258,22 @@ fn an_error_in_the_middle_of_a_step_leaves_nothing_half_done() {
     let edges = graph.transitions().adjacency().num_edges();
     assert_eq!(edges, nodes - 1, "a path and nothing else");
 }
+
+#[test]
+fn refreshes_and_fits_can_be_asked_for() {
+    let mut team = Team::new(1, 5, 3);
+    let nothing = team.world.refit().unwrap();
+    assert!(nothing.is_none(), "there is nothing to fit anything on");
+    while team.world.goals().is_empty() {
+        team.step(0);
+    }
+    let features = team.world.refresh_features().unwrap();
+    let features = features.expect("the potential uses features");
+    assert!(features.spectrum.is_some() && features.fit.is_none());
+    let fitted = team.world.refit().unwrap().expect("a goal is known");
+    assert!(fitted.spectrum.is_some() && fitted.fit.is_some());
+    let pairs = team.world.spectrum().eigenpairs().unwrap();
+    let states = team.world.transitions().num_states();
+    assert_eq!(pairs.vectors.nrows(), states);
+    assert_eq!(team.world.potential().len(), states);
+}

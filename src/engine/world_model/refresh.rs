@@ -38,6 +38,34 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         }
     }
 
+    /// Brings the features up to date although the schedule does not ask for it; none if nobody uses them, or there are
+    /// fewer than two states.
+    ///
+    /// # Errors
+    /// If they cannot be computed; the last ones are then still there.
+    pub fn refresh_features(&mut self) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
+        let now = self.moment();
+        match self.features.changes() && now.nodes > 1 {
+            true => self.refresh(now, true, false).map(Some),
+            false => Ok(None),
+        }
+    }
+
+    /// The same, and fits the potential anew once there is something to fit it on. Walkers under way are paid by the new φ
+    /// from their next step on.
+    ///
+    /// # Errors
+    /// As [`refresh_features`](Self::refresh_features), or if the potential cannot be fitted; φ is then as it was.
+    pub fn refit(&mut self) -> Result<Option<Box<RefreshRecord>>, PipelineError> {
+        let now = self.moment();
+        let features = self.features.changes() && now.nodes > 1;
+        let fit = self.is_worth_fitting();
+        match features || fit {
+            true => self.refresh(now, features, fit).map(Some),
+            false => Ok(None),
+        }
+    }
+
     /// φ is 0 before the first goal; one made of returns, before the first end or the first step that paid.
     pub(super) fn is_worth_fitting(&self) -> bool {
         !self.goals.is_empty() || self.model.is_made_of_returns() && self.goals.returns_differ()
