@@ -54,7 +54,6 @@ pub fn track(
         threads: threads.unwrap_or_else(rayon::current_num_threads),
         seed: args.seed,
         certify: args.certify,
-        ..TrackParams::default()
     };
     let (statistics, eigenpairs) = follow(args, adjacency, params, telemetry, bars)?;
     if let (Some(path), Some(pairs)) = (&args.vectors, &eigenpairs) {
