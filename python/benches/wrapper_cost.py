@@ -29,8 +29,9 @@ class Replayed(gym.Env):
         self.side = int(np.ceil(np.sqrt(states / 4)))
         self.at = 0
 
-    def __getattr__(self, name):
-        return getattr(self.__dict__["world"], name)
+    @property
+    def unwrapped(self):
+        return self.world
 
     def reset(self, *, seed=None, options=None):
         return 0, {}

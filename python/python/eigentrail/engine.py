@@ -117,7 +117,7 @@ class Engine:
         seen, doubt = self._core.observe(action, key, reward, terminated, truncated, walker)
         if doubt is not None:
             self._ambiguous = doubt
-        return Observed(*seen)
+        return Observed._make(seen)
 
     def advice(self, walker: int = 0) -> Floats:
         """Advice for where the walker stands: logits to add to a policy's, one per action, or values to add to Q when

@@ -133,8 +133,7 @@ class MiniGrid(MiniGridPose):
 
     def __call__(self, env: Any) -> bytes:
         world = env.unwrapped
-        x, y = world.agent_pos
-        name = [x, y, world.agent_dir]
+        name = [*world.agent_pos, world.agent_dir]
         for door in self._doors:
             name.append(2 * door.is_locked + door.is_open)
         carried = world.carrying
