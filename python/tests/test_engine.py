@@ -66,7 +66,7 @@ def test_graphs_of_all_forms_are_what_was_seen(rng):
     engine = Engine(3, 1.0)
     counts: dict[tuple[int, int, int], int] = {}
     node = engine.begin_episode(b"0")
-    for step in range(500):
+    for _ in range(500):
         action, room = int(rng.integers(3)), bytes([int(rng.integers(6))])
         seen = engine.observe(action, room, float(action), False, False)
         counts[node, action, seen.node] = counts.get((node, action, seen.node), 0) + 1

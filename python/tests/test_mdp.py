@@ -92,7 +92,7 @@ def test_the_policy_is_the_shortest_way_through_a_minigrid_world():
     namer = eigentrail.keys.Namer("minigrid")
     namer.reset(env)
     for step in range(1, 9):
-        _, reward, terminated, _, _ = env.step(solution.policy(namer.state(env, None)))
+        _, _, terminated, _, _ = env.step(solution.policy(namer.state(env, None)))
         assert terminated == (step == 7), "three on, a turn, three on"
         if terminated:
             break

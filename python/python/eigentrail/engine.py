@@ -48,7 +48,7 @@ class Transitions(NamedTuple):
     source: Integers
     action: Integers
     target: Integers
-    count: Integers
+    count: Integers  # type: ignore[assignment]
     """How often it was seen."""
     reward: Floats
     """Mean reward over those times."""

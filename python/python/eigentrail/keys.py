@@ -20,7 +20,7 @@ from .names import canonical
 
 KeyLike = str | Callable[..., Any]
 
-_registry: dict[str, Callable[[], Callable[..., Any]]] = {}
+_registry: dict[str, Callable[[], Any]] = {}
 
 
 def register_key(name: str, key: Callable[..., Any]) -> None:
@@ -181,7 +181,7 @@ class TopoGym:
 
 def _cells(grid: Any) -> bytes:
     """Every cell: kind, colour, state, and what is inside."""
-    cells = []
+    cells: list[tuple[Any, ...] | None] = []
     for thing in grid.grid:
         while thing is not None:
             cells.append((thing.type, thing.color, thing.encode()[2]))
@@ -190,7 +190,7 @@ def _cells(grid: Any) -> bytes:
     return canonical(tuple(cells))
 
 
-def _resolved(key: KeyLike) -> Callable[..., Any]:
+def _resolved(key: KeyLike) -> Any:
     if isinstance(key, str):
         if key not in _registry:
             known = ", ".join(f'"{name}"' for name in sorted(_registry))

@@ -89,7 +89,7 @@ class Mdp:
         self.exact = exact
         columns = list(zip(*transitions, strict=True)) if transitions else [()] * 7
         kinds = (np.int64, np.int64, np.int64, np.int64, np.float64, np.float64, np.bool_)
-        arrays = [np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)]
+        arrays: list[Any] = [np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)]
         self.source: Integers = arrays[0]
         self.action: Integers = arrays[1]
         self.target: Integers = arrays[2]
@@ -220,8 +220,8 @@ def _from_table(env: Any, num_actions: int, first_action: int) -> Mdp:
         return numbers[state]
 
     opened: set[int] = set()
-    for state in np.flatnonzero(chances):
-        number(int(state), True)
+    for start in np.flatnonzero(chances).tolist():
+        number(start, True)
     transitions = []
     while queue:
         state = queue.popleft()
@@ -373,7 +373,7 @@ class _Search:
             if state not in self.out_of_reach:
                 for action, pair in enumerate(self.pairs[state]):
                     if pair.tries < self.needed:
-                        return self._way(came, state) + [(action, None)], state
+                        return [*self._way(came, state), (action, None)], state
             for action, pair in enumerate(self.pairs[state]):
                 for target in pair.ways():
                     if target not in came:
@@ -459,7 +459,7 @@ def check_shaping(
     shaping = discount * arrived - inside[mdp.source]
     plain = mdp._solved(mdp.reward, gamma, 1e-12)
     shaped = mdp._solved(mdp.reward + shaping, gamma, 1e-12)
-    decided = np.flatnonzero(~mdp.terminal)
+    decided = np.flatnonzero(~mdp.terminal).tolist()
     states = [
         CheckedState(mdp.states[i], plain.optimal_actions(i, tol), shaped.optimal_actions(i, tol)) for i in decided
     ]
