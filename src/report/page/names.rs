@@ -12,7 +12,7 @@ type Settings = BTreeMap<String, toml::Value>;
 /// A run as it is called on a page.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RunName {
-    /// Alone: `four-rooms · agent.gamma=0.99, seed 3`.
+    /// Alone: `four_rooms · agent.gamma=0.99, seed 3`.
     pub whole: String,
     /// Beside the others, where there is little room: `agent.gamma=0.99, seed 3`.
     pub label: String,
@@ -210,15 +210,15 @@ mod tests {
         assert_eq!(
             names(&runs),
             [
-                "four-rooms · agent.gamma=1.0, seed 0",
-                "four-rooms · agent.gamma=0.99, seed 3",
-                "four-rooms · agent.gamma=0.99, seeds 0–2",
+                "four_rooms · agent.gamma=1.0, seed 0",
+                "four_rooms · agent.gamma=0.99, seed 3",
+                "four_rooms · agent.gamma=0.99, seeds 0–2",
             ]
         );
         let seeds = [run("a", &[], &[0, 4]), run("b", &[], &[1])];
         assert_eq!(
             names(&seeds),
-            ["four-rooms · seeds 0, 4", "four-rooms · seed 1"]
+            ["four_rooms · seeds 0, 4", "four_rooms · seed 1"]
         );
     }
 
@@ -248,7 +248,7 @@ mod tests {
         ];
         assert_eq!(
             names(&same),
-            ["four-rooms · a", "four-rooms · b", "four-rooms · b #3"]
+            ["four_rooms · a", "four_rooms · b", "four_rooms · b #3"]
         );
         let gamma = &["agent.gamma=0.9"];
         let two = [
@@ -259,9 +259,9 @@ mod tests {
         assert_eq!(
             names(&two),
             [
-                "four-rooms · agent.gamma=1.0",
-                "four-rooms · agent.gamma=0.9 (b)",
-                "four-rooms · agent.gamma=0.9 (c)",
+                "four_rooms · agent.gamma=1.0",
+                "four_rooms · agent.gamma=0.9 (b)",
+                "four_rooms · agent.gamma=0.9 (c)",
             ]
         );
     }
@@ -272,8 +272,8 @@ mod tests {
         let runs: Vec<&RecordedRun> = runs.iter().collect();
         assert_eq!(
             world_titles(&runs),
-            ["four-rooms · env.slip=0.0", "four-rooms · env.slip=0.2"]
+            ["four_rooms · env.slip=0.0", "four_rooms · env.slip=0.2"]
         );
-        assert_eq!(world_titles(&runs[..1]), ["four-rooms"]);
+        assert_eq!(world_titles(&runs[..1]), ["four_rooms"]);
     }
 }
