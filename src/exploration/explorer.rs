@@ -175,8 +175,7 @@ impl Explorer {
         self.exhausted = [None; SearchObjective::COUNT];
         self.is_closed = false;
         if !model.destinations.is_empty() {
-            self.from_start
-                .search_from(graph, &model.reckoning, self.start);
+            self.from_start.search_from(model.known(graph), self.start);
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::certainty::typical_certainty;
 use super::dead_reckoning::DeadReckoning;
-use super::distances::Distances;
+use super::distances::{Distances, Known};
 use super::expected_return::ExpectedReturn;
 use super::objective::{MAX_TRIES_WANTED, SearchObjective};
 use super::search_budget::SearchBudget;
@@ -294,7 +294,18 @@ impl ExplorationModel {
                 .iter()
                 .map(|goal| (goal.state, goal.handicap))
                 .collect();
-            self.to_goal.search_to(graph, &self.reckoning, &goals);
+            let mut to_goal = std::mem::take(&mut self.to_goal);
+            to_goal.search_to(self.known(graph), &goals);
+            self.to_goal = to_goal;
+        }
+    }
+
+    /// What decides which steps are possible.
+    pub(super) fn known<'a>(&'a self, graph: &'a TransitionGraph) -> Known<'a> {
+        Known {
+            graph,
+            reckoning: &self.reckoning,
+            ends: &self.terminal,
         }
     }
 }
