@@ -77,9 +77,7 @@ impl From<RunnerError> for Error {
             RunnerError::Pipeline(error) => error.into(),
             RunnerError::Spectral(error) => error.into(),
             RunnerError::Shaping(error) => error.into(),
-            RunnerError::UnknownArm { .. } | RunnerError::TooMuchMemory { .. } => {
-                Error::Runner(error)
-            }
+            RunnerError::UnknownArms(_) | RunnerError::TooMuchMemory { .. } => Error::Runner(error),
         }
     }
 }

@@ -14,9 +14,8 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 /// The sections of a scenario that a pipeline needs.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-#[derive(Default)]
 struct Sections {
     spectral: SpectralParams,
     deepwalk: DeepWalkParams,

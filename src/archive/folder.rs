@@ -14,7 +14,7 @@
 
 use super::belongings::{Extent, clear};
 use super::error::ArchiveError;
-use super::folder_kind::FolderKind;
+use super::folder_kind::{FolderKind, is_comparison, is_run};
 use super::lock::{FolderLock, LOCK_FILE};
 use super::names::{self, seed_folder_name};
 use super::temporary::is_temporary;
@@ -69,7 +69,7 @@ impl RunFolder {
         loaded: &Loaded,
         existing: Existing,
     ) -> Result<Self, ArchiveError> {
-        let all = Path::new("runs").join(&loaded.scenario.name);
+        let all = folder_of_runs(Path::new("runs"), &loaded.scenario.name);
         let earlier = || match existing {
             Existing::Resume => newest(kind, &all),
             _ => None,
@@ -114,6 +114,15 @@ impl RunFolder {
     pub fn seed(&self, seed: u64) -> PathBuf {
         self.path.join(seed_folder_name(seed))
     }
+}
+
+/// Where the runs of a scenario lie: `runs/NAME`, or with `-2`, `-3` … behind it while that is a run itself, which
+/// `--out runs/NAME` has put there: no run lies within another one.
+fn folder_of_runs(runs: &Path, name: &str) -> PathBuf {
+    let numbered = (2..).map(|number| runs.join(format!("{name}-{number}")));
+    let mut paths = [runs.join(name)].into_iter().chain(numbered);
+    let found = paths.find(|path| !is_run(path) && !is_comparison(path));
+    found.expect("there is always another number")
 }
 
 fn not_writable(path: &Path) -> impl Fn(io::Error) -> ArchiveError {
@@ -292,6 +301,18 @@ mod tests {
             assert!(matches!(error, ArchiveError::OutputNotWritable { .. }));
             assert!(error.is_bad_input());
         }
+    }
+
+    #[test]
+    fn no_run_lies_within_another_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = folder.path();
+        assert_eq!(folder_of_runs(runs, "x"), runs.join("x"));
+        for (name, marker) in [("x", "run.json"), ("x-2", FolderKind::Comparison.marker())] {
+            fs::create_dir(runs.join(name)).unwrap();
+            fs::write(runs.join(name).join(marker), "{}").unwrap();
+        }
+        assert_eq!(folder_of_runs(runs, "x"), runs.join("x-3"));
     }
 
     #[test]

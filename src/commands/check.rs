@@ -10,7 +10,7 @@ use eigentrail::error::Error;
 use eigentrail::report::grouped;
 use eigentrail::runner::{estimated_bytes, require_memory};
 use eigentrail::scenario::{
-    Actions, ArmParams, Loaded, Location, Mistake, Scenario, ScenarioError, World, Worlds,
+    Actions, ArmParams, Loaded, Location, Mistake, Scenario, ScenarioError, World,
 };
 use eigentrail::telemetry::say;
 use serde::Serialize;
@@ -223,7 +223,7 @@ impl<'a> Facts<'a> {
                 after: moved.after,
                 best: Best::of(&moved.world),
             }),
-            warnings: warnings(scenario, &loaded.worlds),
+            warnings: warnings(loaded),
             mistakes: [],
         })
     }
@@ -237,8 +237,10 @@ fn number_or_reason(measure: Result<f64, String>) -> (Option<f64>, Option<String
 }
 
 /// What the author of the scenario may not have meant.
-fn warnings(scenario: &Scenario, worlds: &Worlds) -> Vec<String> {
-    let mut warnings = worlds.first().cautions();
+fn warnings(loaded: &Loaded) -> Vec<String> {
+    let (scenario, worlds) = (&loaded.scenario, &loaded.worlds);
+    let mut warnings = loaded.cautions.clone();
+    warnings.extend(worlds.first().cautions());
     let moved = worlds.moved();
     let since = moved.iter().flat_map(|moved| moved.world.cautions());
     warnings.extend(since.map(|caution| format!("since the goals moved, {caution}")));
@@ -327,7 +329,7 @@ fn eigenpairs(facts: &Facts) -> String {
     if asked <= reachable {
         return asked.to_string();
     }
-    format!("{asked} asked for, {reachable} reachable states have at most {reachable}")
+    format!("all {reachable} of {reachable} reachable states (spectral.num_eigenpairs = {asked})")
 }
 
 fn optimal(best: &Best) -> String {

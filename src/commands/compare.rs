@@ -24,6 +24,11 @@ struct Comparisons<'a> {
 }
 
 pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
+    if without_duplicates(&args.arms).is_empty() {
+        bail!(BadInput(
+            "--arms: names no arm; `eigentrail list` tells which there are".to_owned()
+        ));
+    }
     // Every file is judged before the first one runs.
     let all = args.scenarios.iter().map(|path| {
         let loaded = Scenario::load(path, &args.sets).map_err(Error::from)?;
@@ -124,13 +129,10 @@ fn show_all(args: &cli::Compare, comparisons: &[Comparison]) {
 }
 
 fn style(args: &cli::Compare) -> TableStyle {
-    if args.markdown {
-        TableStyle::Markdown
-    } else {
-        let width = super::terminal_width().unwrap_or(80);
-        TableStyle::Terminal {
-            width: if args.wide { usize::MAX } else { width },
-        }
+    match (args.markdown, args.wide) {
+        (true, _) => TableStyle::Markdown,
+        (false, true) => TableStyle::Terminal { width: usize::MAX },
+        (false, false) => super::terminal_style(),
     }
 }
 
@@ -146,7 +148,8 @@ fn existing(args: &cli::Compare) -> Existing {
 
 fn without_duplicates(names: &[String]) -> Vec<String> {
     let mut unique: Vec<String> = Vec::new();
-    for name in names.iter().map(|name| name.trim()) {
+    let names = names.iter().map(|name| name.trim());
+    for name in names.filter(|name| !name.is_empty()) {
         if !unique.iter().any(|known| known == name) {
             unique.push(name.to_owned());
         }

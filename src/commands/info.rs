@@ -7,6 +7,7 @@ use crate::output::{print, print_json};
 use anyhow::{Context, Result};
 use clap::CommandFactory;
 use clap_complete::Shell;
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use eigentrail::scenario::{BUILT_IN_ARMS, EnvKind, Scenario, check_name, shipped, template};
 use serde_json::{Value, json};
 
@@ -34,22 +35,31 @@ pub fn list(args: &List) -> Result<Ending> {
 }
 
 fn list_text() -> String {
-    let mut text = String::from("scenarios\n");
-    for scenario in shipped() {
-        text += &format!("  {:<18} {}\n", scenario.name, scenario.shows());
-    }
+    let scenarios = shipped().iter();
+    let scenarios = scenarios.map(|scenario| [scenario.name, scenario.shows()]);
+    let mut text = format!("scenarios\n{}", described(scenarios));
     let schema = Scenario::json_schema();
     for (_, section, key) in LISTED {
-        text += &format!("{section}.{key}\n");
-        for (word, about) in choices(&schema, section, key) {
-            text += &format!("  {word:<16} {about}\n");
-        }
+        let choices = choices(&schema, section, key);
+        let words = choices.iter().map(|(word, about)| [word.as_str(), about]);
+        text += &format!("{section}.{key}\n{}", described(words));
     }
-    text += "compare --arms (a scenario may add its own: [arms.NAME])\n";
-    for arm in BUILT_IN_ARMS {
-        text += &format!("  {:<16} {}\n", arm.name, arm.about);
+    let arms = BUILT_IN_ARMS.iter().map(|arm| [arm.name, arm.about]);
+    text + "compare --arms (a scenario may add its own: [arms.NAME])\n" + &described(arms)
+}
+
+/// Names and what they mean, in lines that fit the terminal.
+fn described<'a>(rows: impl Iterator<Item = [&'a str; 2]>) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).add_rows(rows);
+    if let Some(width) = super::terminal_width() {
+        table.set_content_arrangement(ContentArrangement::Dynamic);
+        table.set_width(u16::try_from(width).unwrap_or(u16::MAX));
     }
-    text
+    let names = table.column_mut(0).expect("rows have two columns");
+    names.set_padding((2, 0));
+    names.set_constraint(ColumnConstraint::ContentWidth);
+    table.trim_fmt() + "\n"
 }
 
 /// `list --json`

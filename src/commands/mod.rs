@@ -20,7 +20,7 @@ mod track;
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::archive::files;
-use eigentrail::report::{Ink, is_ours};
+use eigentrail::report::{Ink, TableStyle, is_ours};
 use eigentrail::telemetry::{self, Telemetry, say};
 use std::fs::File;
 use std::io::{self, IsTerminal, Read};
@@ -143,6 +143,13 @@ fn stdout_ink(global: &Global) -> Ink {
 fn terminal_width() -> Option<usize> {
     let (terminal_size::Width(width), _) = terminal_size::terminal_size_of(io::stdout())?;
     Some(usize::from(width))
+}
+
+/// The style of tables: what fits the terminal, 80 characters where there is none.
+fn terminal_style() -> TableStyle {
+    TableStyle::Terminal {
+        width: terminal_width().unwrap_or(80),
+    }
 }
 
 /// Whether progress may be drawn.

@@ -16,12 +16,15 @@ use eigentrail::serve::{LiveView, Server, Title};
 use eigentrail::telemetry::{Telemetry, say};
 use eigentrail::tensorboard::TensorBoardWriter;
 use std::sync::atomic::Ordering;
-use tracing::info;
+use tracing::{info, warn};
 
 pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
     let loaded =
         Scenario::load(&args.scenario.scenario, &args.scenario.sets).map_err(Error::from)?;
     let scenario = &loaded.scenario;
+    for caution in &loaded.cautions {
+        warn!("{caution}");
+    }
     let request = RunRequest {
         seeds: seeds(args, scenario),
         out: args.out.clone(),
@@ -57,7 +60,8 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         let seed = seed.result.seed;
         info!(seed, "already finished in this folder, not run again");
     }
-    if !args.no_report {
+    // Interrupted early enough, there is nothing to report on.
+    if !args.no_report && !ran.seeds.is_empty() {
         super::report::write_into(ran.folder.path())?;
     }
     show(args, &scenario.name, &ran);
@@ -94,7 +98,12 @@ fn show(args: &cli::Run, name: &str, ran: &RunOutcome) {
     if args.seeds.is_some() {
         match args.json {
             true => print_json(&RunLines::new(name, results())),
-            false => print(&render_seeds(name, results(), folder)),
+            false => print(&render_seeds(
+                name,
+                results(),
+                folder,
+                super::terminal_style(),
+            )),
         }
         return;
     }

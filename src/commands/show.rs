@@ -13,6 +13,7 @@ use eigentrail::report::{
     Charset, Ink, Look, draw_map, draw_policy, draw_values, fitting_note, grouped,
 };
 use eigentrail::scenario::{Loaded, MovedWorld, Scenario, World, Worlds};
+use eigentrail::telemetry::say;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -272,7 +273,15 @@ pub(super) fn seed_folder(run: &Path) -> Result<PathBuf> {
     let seeds = entries
         .map(|entry| entry.path())
         .filter(|path| path.join(names::POTENTIAL).is_file());
-    match seeds.min() {
+    let mut seeds: Vec<PathBuf> = seeds.collect();
+    seeds.sort();
+    if let [first, .., last] = &seeds[..] {
+        let (count, first, last) = (seeds.len(), first.display(), last.display());
+        say(format!(
+            "the first of {count} seeds, {first}; name another to see that, {last}"
+        ));
+    }
+    match seeds.into_iter().next() {
         Some(folder) => Ok(folder),
         None if is_run(run) => bail!(BadInput(format!(
             "{}: no seed of this run has ended yet",

@@ -83,7 +83,7 @@ fn num_pairs(args: &cli::Track, n: usize) -> Result<usize> {
         .into()),
         Some(k) => Ok(k),
         None if n < usual => {
-            warn!("{path}: the graph has {n} nodes, so all {n} eigenpairs are kept, not {usual}");
+            warn!("{path}: the graph has {n} nodes, so all {n} eigenpairs are kept; larger graphs have {usual} without --k");
             Ok(n)
         }
         None => Ok(usual),
@@ -228,7 +228,7 @@ fn table(statistics: &TrackStatistics, laplacian: LaplacianChoice) -> String {
         "ms",
         "products",
         "solves",
-        "residual / λ_k",
+        "‖r‖ / λ_k",
         "λ_k",
         "converged",
     ]);

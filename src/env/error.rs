@@ -4,6 +4,12 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvError {
+    /// Several places of a map or a file that are wrong, each by itself, in their order.
+    #[error("{}", lines(errors))]
+    Several {
+        /// What is wrong with each; at least two.
+        errors: Vec<EnvError>,
+    },
     /// A map without rows or columns.
     #[error("the map is empty: give it at least one row and one column")]
     EmptyMap,
@@ -446,6 +452,24 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>)
         .filter(|&(distance, _)| distance <= limit)
         .min()
         .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// So many wrong places of one map or file are told.
+pub(super) const MOST_ERRORS: usize = 100;
+
+impl EnvError {
+    /// `errors` as one; none if there are none.
+    pub(super) fn of_all(mut errors: Vec<EnvError>) -> Option<EnvError> {
+        match errors.len() {
+            0 | 1 => errors.pop(),
+            _ => Some(Self::Several { errors }),
+        }
+    }
+}
+
+fn lines(errors: &[EnvError]) -> String {
+    let lines: Vec<String> = errors.iter().map(EnvError::to_string).collect();
+    lines.join("\n")
 }
 
 #[cfg(test)]

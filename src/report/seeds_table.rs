@@ -1,47 +1,65 @@
 //! The summary of several seeds of a run as people read it.
 
-use super::fitted_table::{Column, TableStyle, render_columns};
+use super::fitted_table::{Column, TableStyle, fitting, render_columns, wrapped};
 use super::terminal::{amount, counts_steps, grouped, whole};
 use crate::archive::{SeedResult, SeedTiming};
 use crate::statistics::median;
 use std::path::Path;
 
-/// A row for each seed, the medians below them, and the folder. It fits 80 characters.
+/// A row for each seed, the medians below them, and the folder. Of the columns those that fit.
 pub fn render_seeds<'a>(
     scenario: &str,
     seeds: impl Iterator<Item = (&'a SeedResult, &'a SeedTiming)>,
     folder: &Path,
+    style: TableStyle,
 ) -> String {
     let (results, timings): (Vec<_>, Vec<_>) = seeds.unzip();
-    let table = render_columns(
-        &columns(&results, &timings),
-        TableStyle::Terminal { width: usize::MAX },
-    );
+    let (columns, left_out) = fitting(columns(&results, &timings), style);
+    let table = render_columns(&columns, style);
     let unfinished = results.iter().filter(|result| !result.finished).count();
     let interrupted = match unfinished {
         0 => String::new(),
         n => format!(", {n} of them interrupted"),
     };
-    let optimal = results.first().map(|result| match result.optimal_return {
-        Some(most) if !counts_steps(most, result.optimal_steps) => {
-            format!(
-                "; optimal: {:.1} steps, return {}",
-                result.optimal_steps,
-                amount(most)
-            )
-        }
-        _ => format!("; optimal: {:.1} steps", result.optimal_steps),
-    });
+    let notes = wrapped(&notes(&results, left_out), style.width());
     format!(
-        "{scenario}: {} seeds{interrupted}{}\n\n{table}\nlast: mean of the last tenth of the episodes\nwritten to {}",
+        "{scenario}: {} seeds{interrupted}\n\n{table}\n{notes}written to {}",
         results.len(),
-        optimal.unwrap_or_default(),
         folder.display()
     )
 }
 
+/// What the columns mean, and the best there is.
+fn notes(results: &[&SeedResult], left_out: usize) -> String {
+    let mut notes = "last: mean of the last tenth of the episodes".to_owned();
+    if let Some(optimal) = optimal(results) {
+        notes += &format!("; {optimal}");
+    }
+    if left_out > 0 {
+        notes +=
+            &format!("\nnot shown for want of room: {left_out} of the columns; --json prints all");
+    }
+    notes
+}
+
+/// The best there is, if it is the same for all seeds: where goals are drawn, each has its own.
+fn optimal(results: &[&SeedResult]) -> Option<String> {
+    let first = results.first()?;
+    let best = |result: &SeedResult| (result.optimal_steps, result.optimal_return);
+    if results.iter().any(|result| best(result) != best(first)) {
+        return None;
+    }
+    let steps = format!("optimal: {:.1} steps", first.optimal_steps);
+    Some(match first.optimal_return {
+        Some(most) if !counts_steps(most, first.optimal_steps) => {
+            format!("{steps}, return {}", amount(most))
+        }
+        _ => steps,
+    })
+}
+
 fn columns(results: &[&SeedResult], timings: &[&SeedTiming]) -> Vec<Column> {
-    let real = |header: &str, show: &dyn Fn(f64) -> String, values: Vec<Option<f64>>| {
+    let real = |header: &str, rank: u8, show: &dyn Fn(f64) -> String, values: Vec<Option<f64>>| {
         let dash = || "–".to_owned();
         let mut cells: Vec<String> = values
             .iter()
@@ -57,7 +75,7 @@ fn columns(results: &[&SeedResult], timings: &[&SeedTiming]) -> Vec<Column> {
             true => show(middle),
             false => dash(),
         });
-        column(header, cells)
+        column(header, rank, cells)
     };
     let count = |number: f64| grouped(number.round() as u64);
     let of = |value: &dyn Fn(&SeedResult) -> Option<f64>| -> Vec<Option<f64>> {
@@ -65,16 +83,18 @@ fn columns(results: &[&SeedResult], timings: &[&SeedTiming]) -> Vec<Column> {
     };
     let seeds = results.iter().map(|result| result.seed.to_string());
     let mut columns = vec![
-        column("seed", seeds.chain(["median".to_owned()]).collect()),
-        real("steps", &count, of(&|result| Some(result.steps as f64))),
+        column("seed", 0, seeds.chain(["median".to_owned()]).collect()),
+        real("steps", 2, &count, of(&|result| Some(result.steps as f64))),
         real(
             "first goal",
+            1,
             &count,
             of(&|result| result.first_goal_step.map(|step| step as f64)),
         ),
-        real("regret", &whole, of(&|result| Some(result.regret))),
+        real("regret", 1, &whole, of(&|result| Some(result.regret))),
         real(
             "last steps",
+            1,
             &|steps| format!("{steps:.1}"),
             of(&|result| Some(result.final_mean_steps)),
         ),
@@ -86,25 +106,27 @@ fn columns(results: &[&SeedResult], timings: &[&SeedTiming]) -> Vec<Column> {
     if results.iter().any(says_more) {
         columns.push(real(
             "last return",
+            1,
             &amount,
             of(&|result| result.final_return),
         ));
     }
     columns.push(real(
         "states",
+        3,
         &count,
         of(&|result| Some(result.nodes as f64)),
     ));
     let speeds = timings.iter().map(|timing| Some(timing.steps_per_second));
-    columns.push(real("steps/s", &count, speeds.collect()));
+    columns.push(real("steps/s", 4, &count, speeds.collect()));
     columns
 }
 
-fn column(header: &str, cells: Vec<String>) -> Column {
+fn column(header: &str, rank: u8, cells: Vec<String>) -> Column {
     Column {
         header: header.to_owned(),
         cells,
-        rank: 0,
+        rank,
         note: String::new(),
     }
 }
@@ -141,7 +163,8 @@ mod tests {
 
     fn rendered(seeds: &[(SeedResult, SeedTiming)]) -> String {
         let seeds = seeds.iter().map(|(result, timing)| (result, timing));
-        render_seeds("four_rooms", seeds, Path::new("runs/x"))
+        let style = TableStyle::Terminal { width: 80 };
+        render_seeds("four_rooms", seeds, Path::new("runs/x"), style)
     }
 
     #[test]
@@ -158,6 +181,11 @@ mod tests {
         }
         seeds[1].0.finished = false;
         let text = rendered(&seeds);
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+        assert!(text.contains("1 of the columns"), "{text}");
         for words in [
             "last return",
             "0.25",
@@ -171,5 +199,13 @@ mod tests {
             median.contains('–'),
             "more than half never got there: {text}"
         );
+    }
+
+    #[test]
+    fn the_best_is_told_if_it_is_the_same_for_all() {
+        let mut seeds = [seed(0, None), seed(1, None)];
+        assert!(rendered(&seeds).contains("optimal: 20.0 steps"));
+        seeds[1].0.optimal_steps = 21.0;
+        assert!(!rendered(&seeds).contains("optimal"));
     }
 }

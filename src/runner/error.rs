@@ -11,14 +11,9 @@ use crate::spectral::SpectralError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunnerError {
-    /// An arm that is neither built in nor defined by the scenario.
-    #[error("--arms: there is no arm `{name}`{right}")]
-    UnknownArm {
-        /// What was asked for.
-        name: String,
-        /// The arms there are.
-        right: Box<Choices>,
-    },
+    /// Arms that are neither built in nor defined by the scenario: what was asked for, and the arms there are.
+    #[error("{}", unknown_arms(.0))]
+    UnknownArms(Vec<(String, Choices)>),
     /// It cannot fit.
     #[error(
         "{what} would take about {} of memory, and this machine has {}: {advice}",
@@ -53,6 +48,13 @@ pub enum RunnerError {
     /// A potential could not be computed.
     #[error(transparent)]
     Shaping(#[from] ShapingError),
+}
+
+fn unknown_arms(arms: &[(String, Choices)]) -> String {
+    let lines = arms
+        .iter()
+        .map(|(name, right)| format!("--arms: there is no arm `{name}`{right}"));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// To a tenth.

@@ -4,7 +4,9 @@
 //! of their own; their ranges are shifted past the end of the file, as if they stood below it. So one number
 //! tells, for an error in any value, whether the file or a flag is to blame and where.
 
+use super::Scenario;
 use super::error::{BrokenRule, Choices, Location, Mistake, ScenarioError};
+use super::examination::MOST_MISTAKES;
 use super::keys::{KeyPlaces, line_and_column};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -81,6 +83,7 @@ impl Document {
         let mut mistakes: Vec<Mistake> = errors.collect();
         // What else the parser stumbles over in a line follows from the first.
         mistakes.dedup_by_key(|mistake| document.order(&mistake.place()).0);
+        mistakes.truncate(MOST_MISTAKES);
         match mistakes.is_empty() {
             true => Ok(document),
             false => Err(ScenarioError {
@@ -113,8 +116,19 @@ impl Document {
     }
 
     /// The text of the file, without the assignments.
-    pub fn text(&self) -> &str {
-        &self.text
+    pub fn into_text(self) -> String {
+        self.text
+    }
+
+    /// Every key that is written, with its place, in the order of the places.
+    pub fn written(&self) -> Vec<(String, Location)> {
+        let places = KeyPlaces::of(&self.merged());
+        let keys = places
+            .keys()
+            .map(|(key, range)| (key.to_owned(), self.place(range.start)));
+        let mut keys: Vec<_> = keys.collect();
+        keys.sort_by_key(|(_, place)| self.order(place));
+        keys
     }
 
     /// Passes over the key at `range` from now on, or over its value, for which `word` then stands in. False if that has been
@@ -136,7 +150,13 @@ impl Document {
 
     /// A broken rule with its place.
     pub fn blame(&self, broken: BrokenRule) -> Found {
-        let range = KeyPlaces::of(&self.mended()).key(&broken.key).cloned();
+        let written = KeyPlaces::of(&self.mended());
+        // A goal may be written as its place alone.
+        let as_place = broken.key.strip_suffix(".at");
+        let range = written
+            .key(&broken.key)
+            .or_else(|| as_place.and_then(|goal| written.key(goal)))
+            .cloned();
         let (mut key, mut message) = (broken.key, broken.message);
         let place = self.place_of(&key);
         // Where an element before it is passed over, the file counts on.
@@ -270,7 +290,10 @@ impl Document {
         let range = written.and_then(|key| places.key(key)).cloned();
         let key = written.unwrap_or("the file").to_owned();
         let (word, known) = quoted(message);
-        let right = Box::new(Choices::near(&word, known));
+        let mut right = Box::new(Choices::near(&word, known));
+        if right.nearest.is_none() && key == word {
+            right.nearest = in_a_section(&word);
+        }
         let (mistake, meant) = if message.starts_with("unknown field") {
             let meant = right.nearest.clone();
             let key = key.clone();
@@ -304,6 +327,14 @@ impl Document {
             meant,
         }
     }
+}
+
+/// The key of a section that is called `word`, if there is just one.
+fn in_a_section(word: &str) -> Option<String> {
+    let settings = Scenario::default().settings().into_keys();
+    let mut called =
+        settings.filter(|key| key.split_once('.').is_some_and(|(_, name)| name == word));
+    called.next().filter(|_| called.next().is_none())
 }
 
 /// The table of a text that was found to be TOML.

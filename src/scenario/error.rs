@@ -1,7 +1,9 @@
 //! Errors of a scenario, said with the place and the nearest right name.
 
+use super::examination::MOST_MISTAKES;
 use crate::parameter::ParameterError;
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Place in the input.
@@ -57,10 +59,13 @@ impl fmt::Display for ScenarioError {
             let end = if i == 0 { "" } else { "\n" };
             write!(f, "{end}{mistake}")?;
         }
-        match self.mistakes.len() {
-            1 => Ok(()),
-            n => write!(f, "\n{n} mistakes in {}", self.file.display()),
-        }
+        let more = match self.mistakes.len() {
+            1 => return Ok(()),
+            MOST_MISTAKES.. => ", and perhaps more",
+            _ => "",
+        };
+        let (n, file) = (self.mistakes.len(), self.file.display());
+        write!(f, "\n{n} mistakes in {file}{more}")
     }
 }
 
@@ -74,8 +79,8 @@ pub enum Mistake {
         path: PathBuf,
         /// What the operating system said.
         source: std::io::Error,
-        /// A scenario that comes with the program and has nearly this name.
-        hint: Option<String>,
+        /// What may have been meant, to be said behind the reason.
+        hint: String,
     },
     /// The text is not TOML.
     Syntax {
@@ -151,9 +156,10 @@ impl Mistake {
     /// What is wrong, and what would be right, without the place.
     pub fn message(&self) -> String {
         match self {
-            Mistake::Read { source, hint, .. } => {
-                format!("cannot read the file: {source}{}", shipped_hint(hint))
-            }
+            Mistake::Read { source, hint, .. } => match source.kind() {
+                ErrorKind::NotFound => format!("there is no such file{hint}"),
+                _ => format!("cannot read the file: {source}{hint}"),
+            },
             Mistake::Syntax { message, .. } => format!("not valid TOML: {message}"),
             Mistake::UnknownKey { key, right, .. } => format!("unknown key `{key}`{right}"),
             Mistake::UnknownChoice {
@@ -199,13 +205,6 @@ impl fmt::Display for Choices {
     }
 }
 
-/// The scenario that may have been meant.
-fn shipped_hint(hint: &Option<String>) -> String {
-    hint.as_ref().map_or_else(String::new, |name| {
-        format!("; `{name}` alone names the scenario that comes with the program")
-    })
-}
-
 /// A broken rule before its place is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrokenRule {
@@ -213,6 +212,8 @@ pub struct BrokenRule {
     pub key: String,
     /// The rule and what breaks it.
     pub message: String,
+    /// What else is wrong with the same value, each in words.
+    pub more: Vec<String>,
     /// Other keys that the rule is about: while one of them is wrong itself, nobody knows whether this rule is broken.
     pub others: Vec<String>,
 }
@@ -227,8 +228,19 @@ impl BrokenRule {
         Self {
             key,
             message,
+            more: Vec::new(),
             others: Vec::new(),
         }
+    }
+
+    /// The same of a value with which more is wrong.
+    pub(super) fn with_more(mut self, more: impl IntoIterator<Item = String>) -> Self {
+        let key = &self.key;
+        let more = more
+            .into_iter()
+            .map(|message| Self::new(key, message).message);
+        self.more = more.collect();
+        self
     }
 
     /// The same of a rule that is about these keys, too.

@@ -7,7 +7,11 @@
 use super::document::{Document, Found, Setting};
 use super::error::{BrokenRule, Mistake, ScenarioError};
 use super::{CHECKS, Scenario};
+use std::collections::HashSet;
 use std::path::Path;
+
+/// So many are told at most: to find the next one all is read again.
+pub(super) const MOST_MISTAKES: usize = 100;
 
 /// Completes what was read before it is checked.
 pub(super) type Amend<'a> = &'a dyn Fn(&mut Scenario);
@@ -92,10 +96,21 @@ impl<'a> Examination<'a> {
     }
 
     /// Notes a broken rule and reads the rest again. False if what is to blame is not written, so that it cannot be passed over.
-    pub fn note(&mut self, broken: BrokenRule) -> bool {
+    pub fn note(&mut self, mut broken: BrokenRule) -> bool {
         let is_sure = !broken.others.iter().any(|other| self.doubts(other));
+        let more = std::mem::take(&mut broken.more);
         let found = self.document.blame(broken);
+        let (place, key) = (found.mistake.place(), found.key.clone());
+        let known = self.mistakes.len();
         let is_passed = self.pass_over(found, is_sure);
+        if self.mistakes.len() > known {
+            let more = more.into_iter().map(|message| Mistake::Rule {
+                place: place.clone(),
+                key: key.clone(),
+                message,
+            });
+            self.mistakes.extend(more);
+        }
         if is_passed {
             self.read();
         }
@@ -123,11 +138,11 @@ impl<'a> Examination<'a> {
         if let (Some(scenario), true) = (&self.scenario, self.mistakes.is_empty()) {
             return Ok(scenario.clone());
         }
-        self.mistakes.sort_by_cached_key(|mistake| {
-            (self.document.order(&mistake.place()), mistake.message())
-        });
+        let mut told = HashSet::new();
         self.mistakes
-            .dedup_by_key(|mistake| (mistake.place(), mistake.message()));
+            .retain(|mistake| told.insert(mistake.to_string()));
+        self.mistakes
+            .sort_by_cached_key(|mistake| self.document.order(&mistake.place()));
         let is_named = !self.unsound.iter().any(|key| key == "name");
         Err(ScenarioError {
             file: self.document.path().to_owned(),
@@ -158,7 +173,7 @@ impl<'a> Examination<'a> {
     }
 
     /// Passes over what is to blame for a mistake, and notes it unless it only follows from others. False if there is nothing
-    /// more to pass over.
+    /// more to pass over, or nobody would read on.
     fn pass_over(&mut self, found: Found, is_sure: bool) -> bool {
         let is_new = is_sure && !self.doubts(&found.key);
         let word = match (&found.mistake, &found.meant) {
@@ -175,6 +190,9 @@ impl<'a> Examination<'a> {
         self.unsound.push(found.key);
         if is_new {
             self.mistakes.push(found.mistake);
+        }
+        if self.mistakes.len() >= MOST_MISTAKES {
+            return false;
         }
         match found.range {
             Some(range) if word.is_some() && self.document.mend(range.clone(), word) => true,

@@ -56,6 +56,11 @@ impl KeyPlaces {
             .map(|(_, key, _)| key)
     }
 
+    /// Every key, and element of a list, with its range.
+    pub(super) fn keys(&self) -> impl Iterator<Item = (&str, &Range<usize>)> {
+        self.0.iter().map(|(name, key, _)| (name.as_str(), key))
+    }
+
     /// The range of a key's value.
     pub(super) fn value(&self, key: &str) -> Option<&Range<usize>> {
         self.0

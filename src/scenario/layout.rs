@@ -147,6 +147,10 @@ impl EnvParams {
 
     /// The key to blame for what is wrong with the world that has these goals.
     pub(super) fn blame(&self, error: EnvError, goals: GoalList) -> BrokenRule {
+        if let EnvError::Several { mut errors } = error {
+            let more: Vec<String> = errors.drain(1..).map(|error| error.to_string()).collect();
+            return self.blame(errors.remove(0), goals).with_more(more);
+        }
         let key = match &error {
             EnvError::RewardKey { .. } => "env.rewards".to_owned(),
             EnvError::GoalWithoutReward { .. } => "env.rewards".to_owned(),
@@ -192,6 +196,24 @@ impl EnvParams {
             _ => key.to_owned(),
         }
     }
+}
+
+/// What is to be said of a map whose lines differ in length: editors take spaces away that were meant to be free cells.
+pub(super) fn ragged(map: &str) -> Option<String> {
+    let widths = map.lines().map(|line| line.chars().count());
+    let longest = widths.clone().max()?;
+    let mut short = widths
+        .zip(1..)
+        .filter(|&(width, _)| 0 < width && width < longest);
+    let (width, line) = short.next()?;
+    let others = match short.count() {
+        0 => String::new(),
+        n => format!(", as are {n} more"),
+    };
+    Some(format!(
+        "env.map: line {line} has {width} characters where the longest has {longest}, and is filled up with walls{others}; \
+         write free cells at the end of a line as ."
+    ))
 }
 
 fn place_rule(key: &str, error: &EnvError) -> BrokenRule {

@@ -24,6 +24,7 @@ mod env;
 mod error;
 mod examination;
 mod goals;
+mod idle_keys;
 mod keys;
 mod layout;
 mod magnitude;
@@ -132,6 +133,9 @@ pub struct Loaded {
     pub text: String,
     /// Its worlds, the same for all its arms.
     pub worlds: Worlds,
+    /// What its author may not have meant, each with its place: short lines of a map, and keys that have no effect (of which nothing
+    /// is said where there are arms, which may read what the scenario itself does not).
+    pub cautions: Vec<String>,
 }
 
 impl Scenario {
@@ -163,11 +167,19 @@ impl Scenario {
         examined.sections();
         let mut worlds = examined.until_sound(Worlds::of);
         arms::examine(&mut examined, worlds.as_mut());
-        let text = examined.document().text().to_owned();
+        let document = examined.document().clone();
         let scenario = examined.finish()?;
+        let mut cautions = match scenario.arms.is_empty() {
+            true => idle_keys::cautions(&scenario, &document),
+            false => Vec::new(),
+        };
+        let ragged = scenario.env.map.as_deref().and_then(layout::ragged);
+        cautions
+            .extend(ragged.map(|caution| format!("{}: {caution}", document.place_of("env.map"))));
         Ok(Loaded {
+            cautions,
             scenario,
-            text,
+            text: document.into_text(),
             worlds: worlds.expect("a scenario without mistakes has worlds"),
         })
     }
@@ -296,10 +308,27 @@ fn is_name_character(c: char) -> bool {
     c.is_ascii_alphanumeric() || "-_.".contains(c)
 }
 
-/// A missing file, with the shipped scenario that may have been meant.
+/// A missing file, with what may have been meant.
 fn unreadable(path: &Path, source: std::io::Error) -> Mistake {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let hint = nearest(&stem, shipped().iter().map(|s| s.name)).map(str::to_owned);
+    let near = nearest(&stem, shipped().iter().map(|s| s.name));
+    let is_name = path.as_os_str() == path.file_stem().unwrap_or_default();
+    let hint = if is_name && BUILT_IN_ARMS.iter().any(|arm| arm.name == stem) {
+        format!("; `{stem}` is an arm: `--arms` takes them with commas between, gcn,{stem}")
+    } else {
+        match near {
+            Some(near) if is_name => {
+                format!(", nor does a scenario of that name come with the program; did you mean `{near}`?")
+            }
+            None if is_name => {
+                ", nor does a scenario of that name come with the program: `eigentrail list` names them".to_owned()
+            }
+            Some(near) => {
+                format!("; `{near}` alone names the scenario that comes with the program")
+            }
+            None => String::new(),
+        }
+    };
     Mistake::Read {
         path: path.to_owned(),
         source,

@@ -14,6 +14,7 @@ mod graph_export;
 mod graph_properties;
 #[path = "../common/graphs.rs"]
 mod graphs;
+mod idle_keys;
 mod matrix_market;
 mod mistakes;
 mod potentials;

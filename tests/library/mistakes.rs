@@ -15,6 +15,64 @@ fn keys(refused: &ScenarioError) -> Vec<&str> {
     mistakes.filter_map(|mistake| mistake.key()).collect()
 }
 
+#[test]
+fn every_place_of_a_list_is_told() {
+    let text = "[env]\nstart = [9, 9]\ngoals = [[1, 9], { at = [9, 2] }, \"center\", [8, 8]]\n\
+                hazards = [{ at = [77, 7], reward = -1 }, { at = [1, 78], reward = -1 }]\nrows = 5\ncols = 5\n";
+    let refused = refused(text, &[]);
+    insta::assert_snapshot!(refused, @"
+    x.toml:2:9: env.start: [9, 9] is outside the map, which has 5 rows and 5 columns counted from 0
+    x.toml:3:10: env.goals[0]: [1, 9] is outside the map, which has 5 rows and 5 columns counted from 0
+    x.toml:3:25: env.goals[1].at: [9, 2] is outside the map, which has 5 rows and 5 columns counted from 0
+    x.toml:3:45: env.goals[3]: [8, 8] is outside the map, which has 5 rows and 5 columns counted from 0
+    x.toml:4:19: env.hazards[0].at: [77, 7] is outside the map, which has 5 rows and 5 columns counted from 0
+    x.toml:4:50: env.hazards[1].at: [1, 78] is outside the map, which has 5 rows and 5 columns counted from 0
+    6 mistakes in x.toml
+    ");
+}
+
+#[test]
+fn every_wrong_character_of_a_map_is_told_and_every_line_of_a_file() {
+    let map = "[env]\nkind = \"ascii\"\nmap = \"S?.\\n.x.\\n..3\"\n";
+    insta::assert_snapshot!(refused(map, &[]), @"
+    x.toml:3:7: env.map: map line 1, column 2: unknown character '?'; use # (wall), . or space (free), S (start), G or 1-9 (goals), ^ v < > (one-way)
+    x.toml:3:7: env.map: map line 2, column 2: unknown character 'x'; use # (wall), . or space (free), S (start), G or 1-9 (goals), ^ v < > (one-way)
+    x.toml:3:7: env.map: map line 3, column 3: goal 3 has no reward; add 3 = NUMBER to the table of rewards
+    3 mistakes in x.toml
+    ");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.csv");
+    std::fs::write(&file, "from,action,to\na,0,b\nb,x\n,0,c\nb,0,c,d,e\n").unwrap();
+    let text = format!("[env]\nkind = \"edge-list\"\nfile = {file:?}\ngoals = [\"c\"]\n");
+    let refused = refused(&text, &[])
+        .to_string()
+        .replace(&file.display().to_string(), "x.csv");
+    insta::assert_snapshot!(refused, @"");
+}
+
+#[test]
+fn a_key_without_its_section_is_found_one() {
+    let refused = refused("gamma = 0.9\n[run]\n", &["seed=3"]);
+    insta::assert_snapshot!(refused, @"
+    x.toml:1:1: unknown key `gamma`; did you mean `agent.gamma`?
+    --set seed=3: unknown key `seed`; did you mean `run.seed`?
+    2 mistakes in x.toml
+    ");
+}
+
+/// To find the next mistake everything is read again: a file that is something else altogether is not read a thousand times.
+#[test]
+fn a_hundred_mistakes_are_enough() {
+    let keys: String = (0..3000).map(|key| format!("key_{key} = 1\n")).collect();
+    let refused = refused(&format!("[agent]\n{keys}"), &[]);
+    assert_eq!(refused.mistakes.len(), 100);
+    assert!(
+        refused
+            .to_string()
+            .ends_with("100 mistakes in x.toml, and perhaps more")
+    );
+}
+
 /// Slips of every kind in every section.
 const MANY: &str = r#"name = "my world"
 [env]

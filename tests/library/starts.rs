@@ -204,7 +204,7 @@ fn starts_that_make_no_sense_are_refused() {
         ("[{ at = [0, 0], wieght = 2 }]", "did you mean `weight`"),
         ("[]", "name at least one place"),
         ("[1]", "a list of places, or of"),
-        ("[\"center\", [99, 0]]", "env.start[1].at"),
+        ("[\"center\", [99, 0]]", "env.start[1]: [99, 0]"),
     ] {
         let error = parse(&format!("[env]\nstart = {start}"))
             .map(|_| ())

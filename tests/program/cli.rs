@@ -200,8 +200,22 @@ mod scenarios_refused {
     #[test]
     fn missing_file() {
         let program = Program::new();
-        program.refuses(&["run", "nowhere.toml"], 3, &["nowhere.toml: cannot read"]);
+        program.refuses(
+            &["run", "nowhere.toml"],
+            3,
+            &["nowhere.toml: there is no such file"],
+        );
         program.refuses(&["run", "four_room.toml"], 3, &["`four_rooms` alone names"]);
+        program.refuses(
+            &["run", "four_room"],
+            3,
+            &["no such file, nor", "did you mean `four_rooms`?"],
+        );
+        program.refuses(
+            &["compare", "four_rooms", "--arms", "gcn", "heat"],
+            3,
+            &["gcn,heat"],
+        );
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn people_get_a_row_for_each_seed_and_the_medians() {
     let output = run(folder.path(), &["--seeds", "0..3"]).assert().success();
     let text = String::from_utf8(output.get_output().stdout.clone()).unwrap();
     assert!(
-        text.starts_with("tiny: 3 seeds; optimal: 6.0 steps"),
+        text.starts_with("tiny: 3 seeds\n") && text.contains("; optimal: 6.0 steps\n"),
         "{text}"
     );
     assert!(

@@ -2,7 +2,7 @@
 
 use super::quotes::check_quotes;
 use super::{Edge, EdgeList};
-use crate::env::error::nearest;
+use crate::env::error::{MOST_ERRORS, nearest};
 use crate::env::tabular::PROBABILITY_TOLERANCE;
 use crate::env::{EdgeListProblem, EnvError};
 use csv::StringRecord;
@@ -39,7 +39,8 @@ impl EdgeList {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// [`EnvError::Unreadable`], or [`EnvError::EdgeList`] with the line of the broken rule.
+    /// [`EnvError::Unreadable`], or [`EnvError::EdgeList`] with the line of the broken rule; [`EnvError::Several`] of these if
+    /// several lines are wrong.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, EnvError> {
         let name = path.as_ref().display().to_string();
         match File::open(path) {
@@ -71,14 +72,25 @@ impl EdgeList {
             largest: None,
             smallest: None,
         };
-        let mut lines = Vec::new();
+        let (mut lines, mut errors) = (Vec::new(), Vec::new());
         let mut record = StringRecord::new();
-        while reader.read_record(&mut record).map_err(csv_error)? {
-            let number = line_number(&text, record.position());
-            let line = list
-                .line(&record, &columns, number)
-                .map_err(|problem| at(file, number, problem))?;
-            lines.push(line);
+        while errors.len() < MOST_ERRORS {
+            match reader.read_record(&mut record).map_err(csv_error) {
+                Ok(false) => break,
+                // What is wrong with a line is no reason not to read the next one.
+                Err(error @ EnvError::EdgeList { .. }) => errors.push(error),
+                Err(error) => return Err(error),
+                Ok(true) => {
+                    let number = line_number(&text, record.position());
+                    match list.line(&record, &columns, number) {
+                        Ok(line) => lines.push(line),
+                        Err(problem) => errors.push(at(file, number, problem)),
+                    }
+                }
+            }
+        }
+        if let Some(error) = EnvError::of_all(errors) {
+            return Err(error);
         }
         if lines.is_empty() {
             return Err(at(file, 1, EdgeListProblem::NoEdges));
@@ -89,11 +101,15 @@ impl EdgeList {
         }
         // A stable sort keeps the order of the file within each (from, action).
         lines.sort_by_key(Line::pair);
+        let mut errors = Vec::new();
         for group in lines.chunk_by(|a, b| a.pair() == b.pair()) {
-            list.add_group(group)
-                .map_err(|problem| at(file, group[0].number, problem))?;
+            let added = list.add_group(group);
+            errors.extend(added.err().map(|problem| (group[0].number, problem)));
         }
-        Ok(list)
+        errors.sort_by_key(|&(number, _)| number);
+        let errors = errors.into_iter().take(MOST_ERRORS);
+        let errors = errors.map(|(number, problem)| at(file, number, problem));
+        EnvError::of_all(errors.collect()).map_or(Ok(list), Err)
     }
 
     /// Reads one line and numbers the names it brings; without a column of actions its action is 0.
@@ -350,6 +366,19 @@ mod tests {
         }
     }
 
+    /// The lines of a list of which several are wrong.
+    fn problems(text: &str) -> Vec<u64> {
+        let Err(EnvError::Several { errors }) = EdgeList::from_reader("edges.csv", text.as_bytes())
+        else {
+            panic!("several lines are wrong")
+        };
+        let line = |error: &EnvError| match error {
+            EnvError::EdgeList { line, .. } => *line,
+            other => panic!("{other:?}"),
+        };
+        errors.iter().map(line).collect()
+    }
+
     #[test]
     fn columns_may_stand_in_any_order() {
         let list =
@@ -452,6 +481,14 @@ mod tests {
             second("b,go,c,0.5,0\nb,go,a,,0"),
             (3, EdgeListProblem::ProbabilityMissing { from, action })
         );
+        assert_eq!(
+            problems(&format!(
+                "{header},go,b,1,\nb,go,c\nb,go,c,2,0\nb,go,c,1,x\n"
+            )),
+            [2, 3, 4, 5]
+        );
+        let halves = "b,go,c,0.5,0\na,go,c,0.25,0\nc,go,a,1,\n";
+        assert_eq!(problems(&format!("{header}{halves}")), [2, 3]);
         assert!(matches!(
             second("b,go,c"),
             (3, EdgeListProblem::Malformed { .. })

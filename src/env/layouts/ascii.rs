@@ -8,6 +8,7 @@
 
 use super::{Cell, Direction, GoalCell, Layout, Tile};
 use crate::env::EnvError;
+use crate::env::error::MOST_ERRORS;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -27,7 +28,7 @@ impl Layout {
     /// # Errors
     /// [`EnvError::EmptyMap`], [`EnvError::MapTooLarge`], and with line and column, both from 1:
     /// [`EnvError::UnknownCharacter`], [`EnvError::SecondStart`], [`EnvError::GoalWithoutReward`];
-    /// [`EnvError::RewardKey`] if the table names something else than a digit from 1 to 9.
+    /// [`EnvError::Several`] of these if there are several; [`EnvError::RewardKey`] if the table names something else than a digit from 1 to 9.
     pub fn from_ascii(map: &str, rewards: &BTreeMap<char, f64>) -> Result<Self, EnvError> {
         if let Some(&key) = rewards.keys().find(|key| !('1'..='9').contains(*key)) {
             return Err(EnvError::RewardKey { key });
@@ -42,13 +43,16 @@ impl Layout {
             .max()
             .unwrap_or(0);
         let mut layout = Layout::filled(last - first + 1, cols, Tile::Wall)?;
+        let mut errors = Vec::new();
         for (row, line) in lines[first..=last].iter().enumerate() {
             for (col, character) in line.chars().enumerate() {
                 let cell = Cell((row * cols + col) as u32);
-                layout.draw(cell, character, rewards, (first + row + 1, col + 1))?;
+                let drawn = layout.draw(cell, character, rewards, (first + row + 1, col + 1));
+                errors.extend(drawn.err());
             }
         }
-        Ok(layout)
+        errors.truncate(MOST_ERRORS);
+        EnvError::of_all(errors).map_or(Ok(layout), Err)
     }
 
     /// Puts one character of a map at `cell`; `place` is its line and column, for messages.
@@ -193,6 +197,20 @@ mod tests {
                 digit: '7'
             })
         );
+        let Err(EnvError::Several { errors }) = parse("S?\n.S\n7x") else {
+            panic!("four places are wrong")
+        };
+        let told: Vec<String> = errors.iter().map(EnvError::to_string).collect();
+        let places = [
+            "line 1, column 2",
+            "line 2, column 2",
+            "line 3, column 1",
+            "line 3, column 2",
+        ];
+        assert_eq!(told.len(), places.len(), "{told:?}");
+        for (told, place) in told.iter().zip(places) {
+            assert!(told.contains(place), "{told}");
+        }
         assert_eq!(parse("\n\n"), Err(EnvError::EmptyMap));
         assert_eq!(parse(""), Err(EnvError::EmptyMap));
         let zero = Layout::from_ascii("S0", &BTreeMap::from([('0', 1.0)]));

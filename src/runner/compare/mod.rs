@@ -27,7 +27,7 @@ use crate::archive::{
     Compared, Comparison, Existing, FolderKind, RunFolder, TrialRecord, TrialsByArm, Tuning,
     begin_comparison, names, write_comparison,
 };
-use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded};
+use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded, Scenario};
 use crate::time_stamp;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -97,6 +97,7 @@ pub fn compare(
     watch: CompareWatch<'_>,
 ) -> Result<CompareOutcome, RunnerError> {
     assert!(!request.seeds.is_empty() && !request.arms.is_empty());
+    require_known(&request.arms, &loaded.scenario)?;
     let lay = |name: &str| lay_arm(name, request, loaded);
     let arms = request.arms.iter().map(|name| lay(name));
     let arms: Vec<Arm> = arms.collect::<Result<_, _>>()?;
@@ -129,14 +130,29 @@ pub fn compare(
 fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm, RunnerError> {
     let scenario = &loaded.scenario;
     let laid = scenario.lay_arm(name, &request.path, &loaded.text, &request.sets)?;
-    let unknown = || {
+    laid.ok_or_else(|| unknown([name], scenario))
+}
+
+/// Refuses all names at once that no arm has.
+fn require_known(names: &[String], scenario: &Scenario) -> Result<(), RunnerError> {
+    let is_known = |name: &str| scenario.arm_names().any(|(known, _)| known == name);
+    let strange: Vec<&str> = names
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !is_known(name))
+        .collect();
+    match strange.is_empty() {
+        true => Ok(()),
+        false => Err(unknown(strange, scenario)),
+    }
+}
+
+fn unknown<'a>(names: impl IntoIterator<Item = &'a str>, scenario: &Scenario) -> RunnerError {
+    let with_choices = names.into_iter().map(|name| {
         let known = scenario.arm_names().map(|(known, _)| known.to_owned());
-        RunnerError::UnknownArm {
-            name: name.to_owned(),
-            right: Box::new(Choices::near(name, known.collect())),
-        }
-    };
-    laid.ok_or_else(unknown)
+        (name.to_owned(), Choices::near(name, known.collect()))
+    });
+    RunnerError::UnknownArms(with_choices.collect())
 }
 
 /// The arm that the others are shown against: the default one, or the first.
@@ -229,7 +245,6 @@ impl Field<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Scenario;
 
     #[test]
     fn an_unknown_arm_is_corrected_by_all_there_are() {
@@ -249,6 +264,13 @@ mod tests {
         assert_eq!(
             refused("plannner"),
             "--arms: there is no arm `plannner`; did you mean `planner`?"
+        );
+        let names = ["gnc", "heat", "plannner"].map(str::to_owned);
+        let all = require_known(&names, &loaded.scenario).unwrap_err();
+        assert_eq!(
+            all.to_string(),
+            "--arms: there is no arm `gnc`; did you mean `gcn`?\n\
+             --arms: there is no arm `plannner`; did you mean `planner`?"
         );
         assert!(refused("stepe").ends_with("did you mean `steep`?"));
         assert!(refused("xyz").contains("sparse"));
