@@ -10,7 +10,7 @@ use crate::npy;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -152,6 +152,31 @@ impl GrowingFile {
         })
     }
 
+    /// Goes on behind the first `length` bytes of a file; what is behind them is cut off.
+    ///
+    /// # Errors
+    /// If there is no such file, if it is shorter, or if it cannot be written to.
+    pub fn go_on(path: &Path, length: u64) -> io::Result<Self> {
+        let mut file = File::options().write(true).open(path)?;
+        if file.metadata()?.len() < length {
+            let what = format!("it has fewer than the {length} bytes that were written");
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+        }
+        file.set_len(length)?;
+        file.seek(io::SeekFrom::End(0))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            length,
+        })
+    }
+
+    /// Waits until all of it is on the disk. Its length.
+    pub fn sync(&mut self) -> io::Result<u64> {
+        self.file.sync_data()?;
+        Ok(self.length)
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
@@ -187,11 +212,23 @@ pub struct Table {
 impl Table {
     /// Begins the file anew. The header comes with the first row.
     pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self {
-            file: GrowingFile::create(path)?,
-            rows: csv::Writer::from_writer(Vec::new()),
+        Ok(Self::of(GrowingFile::create(path)?))
+    }
+
+    /// Goes on behind the first `length` bytes of a table.
+    ///
+    /// # Errors
+    /// As [`GrowingFile::go_on`].
+    pub fn go_on(path: &Path, length: u64) -> io::Result<Self> {
+        GrowingFile::go_on(path, length).map(Self::of)
+    }
+
+    fn of(file: GrowingFile) -> Self {
+        Self {
+            rows: no_rows(&file),
+            file,
             flushed: Instant::now(),
-        })
+        }
     }
 
     /// The file.
@@ -213,11 +250,22 @@ impl Table {
         self.flushed = Instant::now();
         self.rows.flush()?;
         self.file.append(self.rows.get_ref())?;
-        self.rows = csv::WriterBuilder::new()
-            .has_headers(self.file.is_empty())
-            .from_writer(Vec::new());
+        self.rows = no_rows(&self.file);
         Ok(())
     }
+
+    /// Brings every row to the disk. The length of the file.
+    pub fn sync(&mut self) -> io::Result<u64> {
+        self.flush()?;
+        self.file.sync()
+    }
+}
+
+/// Where rows wait that come behind what `file` has; the first of all brings the header.
+fn no_rows(file: &GrowingFile) -> csv::Writer<Vec<u8>> {
+    csv::WriterBuilder::new()
+        .has_headers(file.is_empty())
+        .from_writer(Vec::new())
 }
 
 #[cfg(test)]
@@ -286,10 +334,20 @@ mod tests {
             table.push(&Row { episode, reward }).unwrap();
             table.flush().unwrap();
         }
+        let length = table.sync().unwrap();
+        let whole = "episode,reward\n0,-0.0\n1,-0.5\n2,-1.0\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+        // What came after is cut off, and it goes on.
+        let late = Row { episode: 3, reward: 7.0 };
+        table.push(&late).unwrap();
         table.flush().unwrap();
-        assert_eq!(
-            std::fs::read_to_string(&path).unwrap(),
-            "episode,reward\n0,-0.0\n1,-0.5\n2,-1.0\n"
-        );
+        for _ in 0..2 {
+            let mut table = Table::go_on(&path, length).unwrap();
+            table.push(&late).unwrap();
+            table.flush().unwrap();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert_eq!(text, format!("{whole}3,7.0\n"));
+        }
+        assert!(Table::go_on(&path, 1000).is_err());
     }
 }

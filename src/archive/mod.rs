@@ -2,6 +2,7 @@
 //!
 //! - [`RunFolder`]: a folder with one writer, and what stands in it around its seeds.
 //! - [`SeedTables`] and the functions beside it: the files of one seed.
+//! - [`Checkpoint`]: a moment of a seed's run, from which it goes on.
 //! - [`TrialRecord`], [`write_comparison`]: the files of a comparison.
 //! - [`RecordedRun`], [`RecordedComparison`]: folders read back, which every page and figure is made of.
 //! - [`files`]: files that are never half written, of whatever kind.
@@ -11,8 +12,10 @@
 
 mod belongings;
 mod bounded;
+pub mod checkpoint;
 mod comparison;
 mod comparison_files;
+pub mod container;
 mod error;
 pub mod files;
 mod folder;
@@ -31,6 +34,7 @@ mod temporary;
 mod trial_record;
 
 pub use bounded::BoundedEpisodes;
+pub use checkpoint::Checkpoint;
 pub use comparison::{
     ArmDifference, ArmSummary, ArmTiming, Comparison, FirstWithin, IqmInterval, LearningCurve,
     MedianInterval, Moments, ProbabilityInterval, TrialResult, TrialTiming, Tuning, TuningEntry,
@@ -47,7 +51,7 @@ pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
 pub use run_files::{RunInfo, RunStatus};
 pub use seed_files::{
-    SeedTables, read_labels, read_potential, write_matrix, write_potential, write_states,
+    SeedTables, TableLengths, read_labels, read_potential, write_matrix, write_potential, write_states,
 };
 pub use snapshots::{Snapshot, read_snapshots, write_snapshots};
 pub use summary::{SeedResult, SeedTiming, Summary, Timing};

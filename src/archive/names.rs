@@ -40,8 +40,15 @@ pub const POLICY: &str = "policy.csv";
 /// φ and eigenvectors through the run.
 pub const SNAPSHOTS: &str = "snapshots.json";
 
+/// The newest moment from which a seed that has not ended goes on.
+pub const CHECKPOINT: &str = "checkpoint";
+/// The one before.
+pub const CHECKPOINT_BEFORE: &str = "checkpoint-before";
+
 /// Files of a seed.
-pub(super) const SEED_FILES: [&str; 12] = [
+pub(super) const SEED_FILES: [&str; 14] = [
+    CHECKPOINT,
+    CHECKPOINT_BEFORE,
     EPISODES,
     REFRESHES,
     TIMINGS,

@@ -14,7 +14,7 @@ use super::files::{Table, read_npy, write_atomically, write_npy};
 use super::names;
 use super::rows::{EpisodeRow, RefreshRow};
 use faer::MatRef;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Open tables of a seed.
@@ -23,6 +23,14 @@ pub struct SeedTables {
     episodes: Table,
     refreshes: Table,
     timings: Table,
+}
+
+/// Bytes of a seed's tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableLengths {
+    episodes: u64,
+    refreshes: u64,
+    timings: u64,
 }
 
 #[derive(Serialize)]
@@ -47,6 +55,38 @@ impl SeedTables {
             episodes: table(names::EPISODES)?,
             refreshes: table(names::REFRESHES)?,
             timings: table(names::TIMINGS)?,
+        })
+    }
+
+    /// Goes on with tables that had these lengths.
+    ///
+    /// # Errors
+    /// If one is missing or shorter, or cannot be written to.
+    pub fn go_on(folder: &Path, lengths: TableLengths) -> Result<Self, ArchiveError> {
+        let table = |name: &str, length: u64| {
+            let path = folder.join(name);
+            Table::go_on(&path, length).map_err(ArchiveError::write(&path))
+        };
+        Ok(Self {
+            episodes: table(names::EPISODES, lengths.episodes)?,
+            refreshes: table(names::REFRESHES, lengths.refreshes)?,
+            timings: table(names::TIMINGS, lengths.timings)?,
+        })
+    }
+
+    /// Brings every row to the disk.
+    ///
+    /// # Errors
+    /// If that is impossible.
+    pub fn sync(&mut self) -> Result<TableLengths, ArchiveError> {
+        let sync = |table: &mut Table| {
+            let length = table.sync();
+            length.map_err(ArchiveError::write(table.path()))
+        };
+        Ok(TableLengths {
+            episodes: sync(&mut self.episodes)?,
+            refreshes: sync(&mut self.refreshes)?,
+            timings: sync(&mut self.timings)?,
         })
     }
 

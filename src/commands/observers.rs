@@ -1,8 +1,10 @@
 //! Observers of a run that belong to the program: its log of events and its progress.
 
 use super::progress::Progress;
-use eigentrail::archive::{ArchiveError, names};
-use eigentrail::runner::{Episode, Refresh, RunObserver, RunStart, RunState};
+use eigentrail::archive::{ArchiveError, Checkpoint, names};
+use eigentrail::runner::{
+    Episode, Refresh, RunObserver, RunStart, RunState, SavedObserver, save,
+};
 use eigentrail::telemetry::{EventLog, SeedLog};
 use std::io;
 use std::path::PathBuf;
@@ -20,10 +22,14 @@ pub struct EventKeeper {
 }
 
 impl EventKeeper {
-    /// Begins the file anew; what happens in the present span goes there.
+    /// Begins the file anew, or goes on with it as the seed does; what happens in the present span goes there.
     pub fn create(events: &EventLog, start: &RunStart<'_>) -> Result<Self, ArchiveError> {
         let path = start.folder.join(names::EVENTS);
-        let log = events.open(&path).map_err(write_error(&path))?;
+        let log = match start.saved(NAME) {
+            Some(length) => events.go_on(&path, length),
+            None => events.open(&path),
+        };
+        let log = log.map_err(write_error(&path))?;
         Span::current().record("log", log.number());
         Ok(Self {
             log,
@@ -45,7 +51,15 @@ impl RunObserver for EventKeeper {
     fn flush(&mut self) -> Result<(), ArchiveError> {
         self.log.flush().map_err(write_error(&self.path))
     }
+
+    fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
+        let length = self.log.sync().map_err(write_error(&self.path))?;
+        Ok(save(NAME, &length))
+    }
 }
+
+/// The keeper's name in checkpoints.
+const NAME: &str = "events";
 
 fn write_error(path: &std::path::Path) -> impl FnOnce(io::Error) -> ArchiveError + '_ {
     |source| ArchiveError::Write {
@@ -62,9 +76,14 @@ pub struct EpisodeProgress<'a> {
 }
 
 impl<'a> EpisodeProgress<'a> {
-    /// One that has seen nothing yet.
-    pub fn new(progress: &'a Progress) -> Self {
-        Self { progress, steps: 0 }
+    /// One that has seen what the seed goes on from.
+    pub fn new(progress: &'a Progress, start: &RunStart<'_>) -> Self {
+        let mut seen = Self { progress, steps: 0 };
+        if let Some(Checkpoint { steps, episodes, .. }) = start.resumed {
+            seen.walked_to(*steps);
+            progress.add(*episodes as u64);
+        }
+        seen
     }
 
     fn walked_to(&mut self, step: u64) {

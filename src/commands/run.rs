@@ -44,7 +44,7 @@ pub fn run(args: &cli::Run, telemetry: &Telemetry, bars: bool) -> Result<Ending>
         if let Some(server) = &server {
             observers.push(Box::new(LiveView::new(server)));
         }
-        observers.push(Box::new(EpisodeProgress::new(&progress)));
+        observers.push(Box::new(EpisodeProgress::new(&progress, start)));
         Ok(observers)
     };
     let watch = Watch {

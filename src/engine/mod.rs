@@ -36,7 +36,6 @@ use crate::env::{Environment, StepStatus};
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
 use std::hash::Hash;
-use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::{debug, info, warn};
 
 /// One environment, one pipeline, one agent.
@@ -110,17 +109,17 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         }
     }
 
-    /// As [`run_episode`](Self::run_episode), but left before the first step at which `stop` is set: none then, and the
-    /// episode stays under way.
+    /// As [`run_episode`](Self::run_episode), but left before the first step at which `pause` says so, which is handed the number of
+    /// steps taken so far: none then, and the episode stays under way.
     ///
     /// # Errors
     /// As [`step`](Self::step).
-    pub fn run_episode_unless(
+    pub fn run_episode_until(
         &mut self,
-        stop: &AtomicBool,
+        mut pause: impl FnMut(u64) -> bool,
         mut on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<Option<EpisodeRecord>, PipelineError> {
-        while !stop.load(Ordering::Relaxed) {
+        while !pause(self.step) {
             if let Some(record) = self.step(&mut on_refresh)? {
                 return Ok(Some(record));
             }

@@ -9,6 +9,7 @@
 //! Both loops are one: a trial plays episode after episode, and tells its observers.
 
 mod build;
+mod checkpoints;
 mod compare;
 mod error;
 mod estimate;
@@ -30,7 +31,7 @@ pub use compare::{CompareOutcome, CompareRequest, CompareWatch, compare};
 pub use error::RunnerError;
 pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use observer::{
-    Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState,
+    Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState, SavedObserver, save,
 };
 pub use potential::{PotentialOfGraph, potential_of_graph};
 pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};

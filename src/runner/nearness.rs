@@ -10,6 +10,7 @@
 //! Elsewhere a length says nothing. An arm that dies at once is soon done, and earns nothing: its ratio is 2, or more.
 
 use crate::env::{Model, Optimum};
+use serde::{Deserialize, Serialize};
 
 /// What R* may be of the largest reward and still be 0 but for rounding.
 const ROUNDING: f64 = 1e-12;
@@ -21,7 +22,7 @@ const SLACK: f64 = 1e-10;
 const FAILURE: f64 = 0.05;
 
 /// The best there is in one world, and what is near it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Nearness {
     /// What the best policy earns and takes.
     pub optimum: Optimum,

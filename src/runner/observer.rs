@@ -4,7 +4,7 @@
 //! ends the run with its error; rows that others have not written by then are written first.
 
 use crate::archive::{
-    ArchiveError, EpisodeRow, GraphRow, PolicyRow, RefreshRow, SeedResult, SeedTiming,
+    ArchiveError, Checkpoint, EpisodeRow, GraphRow, PolicyRow, RefreshRow, SeedResult, SeedTiming,
 };
 use crate::engine::{EpisodeRecord, RefreshRecord};
 use crate::env::layouts::{Cell, Layout};
@@ -14,6 +14,8 @@ use crate::scenario::Scenario;
 use crate::shaping::PotentialTable;
 use crate::spectral::Eigenpairs;
 use petgraph::visit::EdgeRef;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// Observer of one seed. Nothing here should wait. `Err` of any method ends the run.
@@ -48,6 +50,15 @@ pub trait RunObserver {
         Ok(())
     }
 
+    /// A checkpoint is taken. What was noted so far has to be on the disk at the end of this; the result is what the observer of
+    /// the same name needs to go on from here ([`RunStart::saved`]), if it has a name.
+    ///
+    /// # Errors
+    /// Why that cannot be.
+    fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
+        self.flush().map(|()| None)
+    }
+
     /// The run has ended without an error, after its last episode or because it was told to stop.
     ///
     /// # Errors
@@ -57,6 +68,9 @@ pub trait RunObserver {
         Ok(())
     }
 }
+
+/// Name of an observer, and what it goes on from.
+pub type SavedObserver = (&'static str, Vec<u8>);
 
 /// Observers of one seed, told one after the other.
 pub type Observers<'a> = Vec<Box<dyn RunObserver + 'a>>;
@@ -70,6 +84,30 @@ pub struct RunStart<'a> {
     pub seed: u64,
     /// Folder of the seed, which exists.
     pub folder: &'a Path,
+    /// The moment from which the seed goes on, if it does not begin.
+    pub resumed: Option<&'a Checkpoint>,
+}
+
+impl RunStart<'_> {
+    /// What the observer of this name noted at the moment from which the seed goes on; none if it begins, or if there was no such
+    /// observer.
+    pub fn saved<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
+        saved(self.resumed?, name)
+    }
+}
+
+/// What an observer of this name notes in a checkpoint, for [`RunObserver::save`].
+///
+/// # Panics
+/// If `state` cannot be written down: it is no plain value.
+pub fn save(name: &'static str, state: &impl Serialize) -> Option<SavedObserver> {
+    let bytes = rmp_serde::to_vec(state).expect("plain values can be written down");
+    Some((name, bytes))
+}
+
+/// What the observer of this name noted.
+pub(super) fn saved<T: DeserializeOwned>(checkpoint: &Checkpoint, name: &str) -> Option<T> {
+    rmp_serde::from_slice(checkpoint.observers.get(name)?).ok()
 }
 
 /// Refresh that has just happened, and what is known after it.

@@ -5,11 +5,12 @@
 
 use super::nearness::Nearness;
 use crate::scenario::{World, Worlds};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Returns and lengths of the best policy in each episode of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OptimalReturns {
     first: Nearness,
     moved: Option<(usize, Nearness)>,

@@ -1,21 +1,23 @@
 //! Seeds of a scenario into a run folder.
 
 use super::build::warn_of_file;
+use super::checkpoints::{Checkpoints, pass_over};
 use super::error::RunnerError;
 use super::estimate::require_memory;
 use super::observer::{Observers, RunStart};
 use super::optimal_returns::OptimalReturns;
 use super::parallel_map::parallel_map;
 use super::seed_writer::SeedWriter;
-use super::trial;
+use super::trial::{self, Trial};
 use crate::archive::{
-    ArchiveError, Existing, RunFolder, RunInfo, RunStatus, SeedResult, SeedTiming, Summary,
+    ArchiveError, Checkpoint, Existing, RunFolder, RunInfo, RunStatus, SeedResult, SeedTiming,
+    Summary, checkpoint,
 };
 use crate::scenario::Loaded;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use tracing::{field, info_span};
+use tracing::{field, info, info_span};
 
 /// Request for a run: what to run, and where to write it.
 #[derive(Clone, Debug)]
@@ -70,7 +72,8 @@ pub struct RunOutcome {
 
 /// Runs seeds of a scenario into a run folder: one on all threads, several side by side. That changes no result.
 ///
-/// With [`Existing::Resume`] a seed that is finished in the folder is not run again; one that is not, begins anew.
+/// With [`Existing::Resume`] a seed that is finished in the folder is not run again; one that is not goes on from its newest
+/// checkpoint, or begins anew if there is none.
 ///
 /// # Errors
 /// If the folder cannot be used, a file cannot be written, the run fails, or an observer does. What other seeds came to
@@ -148,10 +151,14 @@ fn run_missing(
         if let Some(before) = finished_before(&summary(), seed) {
             return Ok(before);
         }
-        let outcome = run_seed(loaded, seed, &folder.seed(seed), watch)?;
+        let seed_folder = folder.seed(seed);
+        let outcome = run_seed(loaded, seed, &seed_folder, folder.is_resumed(), watch)?;
         let mut summary = summary();
         summary.put(outcome.result.clone(), outcome.timing);
         folder.write_summary(&summary)?;
+        if outcome.result.finished {
+            checkpoint::remove(&seed_folder)?; // only now: until its result is on the disk, a seed has not ended
+        }
         Ok(outcome)
     };
     if let [seed] = request.seeds.as_slice() {
@@ -166,7 +173,8 @@ fn run_missing(
     Ok(several.into_iter().flatten().collect())
 }
 
-/// Runs `seed` of a scenario and writes its folder.
+/// Runs `seed` of a scenario and writes its folder. With `resume` it goes on from the newest checkpoint there that can be gone on
+/// from, if there is one.
 ///
 /// # Errors
 /// If a file cannot be written, a part of the pipeline fails, or an observer does; what was done until then is on disk.
@@ -174,21 +182,42 @@ pub fn run_seed(
     loaded: &Loaded,
     seed: u64,
     folder: &Path,
+    resume: bool,
     watch: Watch<'_>,
 ) -> Result<SeedOutcome, RunnerError> {
-    let (scenario, worlds) = (&loaded.scenario, &loaded.worlds);
-    let optimal = OptimalReturns::of(worlds, seed);
-    let mut trial = trial::begin(scenario, worlds, optimal, seed)?;
-    let mut observers: Observers<'_> = vec![Box::new(SeedWriter::create(folder)?)];
+    let scenario = &loaded.scenario;
+    let mut checkpoints = Checkpoints::new(scenario, seed, folder);
+    let gone_on = match resume {
+        true => go_on(loaded, seed, folder, &checkpoints),
+        false => None,
+    };
+    let (resumed, mut trial, writer) = match gone_on {
+        Some((checkpoint, trial, writer)) => (Some(checkpoint), trial, writer),
+        None => {
+            let optimal = OptimalReturns::of(&loaded.worlds, seed);
+            let trial = trial::begin(scenario, &loaded.worlds, optimal, seed)?;
+            let writer = SeedWriter::create(folder)?;
+            checkpoints.remove()?;
+            (None, trial, writer)
+        }
+    };
+    if let Some(checkpoint) = &resumed {
+        checkpoints.went_on_from(checkpoint);
+    }
     let start = RunStart {
         scenario,
         seed,
         folder,
+        resumed: resumed.as_ref(),
     };
+    let mut observers: Observers<'_> = vec![Box::new(writer)];
     let span = info_span!("run", scenario = scenario.name, seed, log = field::Empty);
     let played = span.in_scope(|| {
         observers.extend((watch.observers)(&start)?);
-        trial::play(&mut *trial, watch.stop, &mut observers)
+        if let Some(Checkpoint { steps, episodes, .. }) = &resumed {
+            info!(name: "resumed", seed, steps, episodes, "resumed");
+        }
+        trial::play(&mut *trial, watch.stop, &mut observers, Some(&mut checkpoints))
     });
     drop(span); // its line is the last one of the log
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
@@ -198,11 +227,30 @@ pub fn run_seed(
     for observer in &mut observers {
         observer.ended(trial.as_ref())?;
     }
+    let result = trial.result();
     Ok(SeedOutcome {
-        result: trial.result(),
+        result,
         timing: trial.timing(),
         steps_per_episode: trial.sums().lengths().to_vec(),
         was_finished: false,
+    })
+}
+
+/// The newest checkpoint of a seed that can be gone on from, the trial as it was then, and the files likewise. Why others cannot is
+/// said.
+fn go_on<'a>(
+    loaded: &'a Loaded,
+    seed: u64,
+    folder: &Path,
+    checkpoints: &Checkpoints,
+) -> Option<(Checkpoint, Box<dyn Trial + 'a>, SeedWriter)> {
+    let mut usable = checkpoints.usable();
+    usable.find_map(|(path, checkpoint)| {
+        let trial = trial::resume(&loaded.scenario, &loaded.worlds, seed, &checkpoint.run);
+        let trial = trial.map_err(|reason| pass_over(&format!("{}: {reason}", path.display())));
+        let writer = SeedWriter::go_on(folder, &checkpoint);
+        let writer = writer.map_err(|reason| pass_over(&reason));
+        Some((checkpoint, trial.ok()?, writer.ok()?))
     })
 }
 

@@ -1,9 +1,11 @@
 //! The files of one seed, written while it runs and at its end.
 
-use super::observer::{Episode, Refresh, RunObserver, RunState};
+use super::observer::{
+    Episode, Refresh, RunObserver, RunState, SavedObserver, saved, save,
+};
 use super::snapshots::Snapshots;
 use crate::archive::{
-    ArchiveError, SeedTables, names, write_actions, write_graph, write_matrix, write_policy,
+    ArchiveError, Checkpoint, SeedTables, TableLengths, names, write_actions, write_graph, write_matrix, write_policy,
     write_potential, write_snapshots, write_states,
 };
 use crate::shaping::Potential;
@@ -25,7 +27,28 @@ impl SeedWriter {
             sights: SightsWriter::new(folder),
         })
     }
+
+    /// Goes on with the files as they were at a checkpoint.
+    ///
+    /// # Errors
+    /// If they are not there, or have less in them.
+    pub fn go_on(folder: &Path, checkpoint: &Checkpoint) -> Result<Self, ArchiveError> {
+        let Some((lengths, snapshots)) = saved(checkpoint, NAME) else {
+            return Err(ArchiveError::damaged(folder, "the checkpoint does not know its files"));
+        };
+        Ok(Self {
+            folder: folder.to_owned(),
+            tables: SeedTables::go_on(folder, lengths)?,
+            sights: SightsWriter {
+                folder: folder.to_owned(),
+                snapshots,
+            },
+        })
+    }
 }
+
+/// The writer's name in checkpoints.
+const NAME: &str = "files";
 
 impl RunObserver for SeedWriter {
     fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
@@ -47,6 +70,11 @@ impl RunObserver for SeedWriter {
 
     fn flush(&mut self) -> Result<(), ArchiveError> {
         self.tables.flush()
+    }
+
+    fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
+        let lengths: TableLengths = self.tables.sync()?;
+        Ok(save(NAME, &(lengths, &self.sights.snapshots)))
     }
 
     fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
@@ -77,9 +105,24 @@ impl SightsWriter {
             snapshots: Snapshots::default(),
         }
     }
+
+    /// The same, going on from a checkpoint.
+    pub fn go_on(folder: &Path, checkpoint: &Checkpoint) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            snapshots: saved(checkpoint, SIGHTS).unwrap_or_default(),
+        }
+    }
 }
 
+/// The name in checkpoints of a writer that has no tables beside it.
+const SIGHTS: &str = "sights";
+
 impl RunObserver for SightsWriter {
+    fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
+        Ok(save(SIGHTS, &self.snapshots))
+    }
+
     fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
         self.snapshots
             .refreshed(refresh.record.step, &refresh.knowledge);

@@ -6,6 +6,7 @@
 
 use super::observer::Knowledge;
 use crate::archive::Snapshot;
+use serde::{Deserialize, Serialize};
 
 /// Frames kept, the last state of the run not counted.
 const MAX_FRAMES: usize = 39;
@@ -17,7 +18,7 @@ const MAX_NUMBERS: usize = 1_000_000;
 const VECTORS: std::ops::Range<usize> = 1..5;
 
 /// Frames of one seed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshots {
     frames: Vec<Snapshot>,
     stride: usize,

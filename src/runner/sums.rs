@@ -5,6 +5,7 @@ use super::optimal_returns::OptimalReturns;
 use crate::archive::{FirstWithin, LearningCurve, TrialTiming};
 use crate::engine::{EpisodeRecord, RefreshRecord};
 use crate::statistics::blocks;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Episodes whose mean return must be near the optimum.
@@ -14,10 +15,12 @@ const WINDOW: usize = 20;
 const BLOCKS: usize = 120;
 
 /// Sums over the episodes of a run so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Sums {
     /// As many as there are to be.
     episodes: usize,
+    /// The clock goes on from what it said when it was written down.
+    #[serde(with = "elapsed")]
     begun: Instant,
     optimal: OptimalReturns,
     lengths: Vec<u32>,
@@ -184,8 +187,24 @@ impl Sums {
     }
 }
 
+/// The beginning of something, written down as the seconds since then.
+mod elapsed {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::time::{Duration, Instant};
+
+    pub fn serialize<S: Serializer>(begun: &Instant, serializer: S) -> Result<S::Ok, S::Error> {
+        begun.elapsed().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Instant, D::Error> {
+        let elapsed = Duration::deserialize(deserializer)?;
+        let now = Instant::now();
+        Ok(now.checked_sub(elapsed).unwrap_or(now))
+    }
+}
+
 /// Watch for the trailing mean of returns to come near the optimum.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Approach {
     best: Nearness,
     times: f64,

@@ -1,6 +1,7 @@
 //! The loop over the episodes of one seed, for `run` and `compare` alike.
 
-use super::build::{build_engine, move_goals};
+use super::build::{build_engine, move_goals, with_discovery_hook};
+use super::checkpoints::Checkpoints;
 use super::error::RunnerError;
 use super::evaluation::GreedyReturns;
 use super::observer::{Episode, Knowledge, Observers, Refresh, RunState};
@@ -10,25 +11,33 @@ use super::sums::Sums;
 use crate::agent::{Agent, AnyAgent};
 use crate::archive::{PolicyRow, SeedResult, SeedTiming};
 use crate::engine::Engine;
-use crate::env::{Action, Model};
+use crate::env::{Action, GridWorld, Model, TabularEnvironment};
 use crate::graph::StateId;
 use crate::scenario::{MovedWorld, PotentialFile, Scenario, World, Worlds};
 use crate::shaping::PotentialKind;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tracing::{info, trace_span};
 
 /// One seed of a scenario under way, in a world of whatever type.
 pub(super) trait Trial: RunState {
-    /// Plays the next episode. False if there is none left, or if `stop` was set before it ended.
+    /// Plays the episode under way, or else the next one, until `pause` says so of the number of steps taken.
     ///
     /// # Errors
     /// If a part of the pipeline fails, and the first error of an observer.
     fn play_episode(
         &mut self,
-        stop: &AtomicBool,
+        pause: &mut dyn FnMut(u64) -> bool,
         observers: &mut Observers<'_>,
-    ) -> Result<bool, RunnerError>;
+    ) -> Result<Played, RunnerError>;
+
+    /// The trial as [`resume`] reads it.
+    ///
+    /// # Errors
+    /// If it cannot be written down.
+    fn written(&self) -> Result<Vec<u8>, String>;
 
     /// Sums over the episodes so far.
     fn sums(&self) -> &Sums;
@@ -38,6 +47,17 @@ pub(super) trait Trial: RunState {
 
     /// What the greedy policy earns in the true world, as it is at the end of the run.
     fn greedy_returns(&self) -> GreedyReturns;
+}
+
+/// What came of playing on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Played {
+    /// An episode to its end.
+    Episode,
+    /// A part of one; it is under way.
+    Part,
+    /// Nothing: every episode had been played.
+    Nothing,
 }
 
 /// The trial of `seed` in these worlds, of which `optimal` says what could be earned.
@@ -75,17 +95,69 @@ pub(super) fn begin<'a>(
     }
 }
 
-/// Plays every episode that is left, or until `stop` is set.
+/// A trial that goes on from what [`Trial::written`] has left.
 ///
 /// # Errors
-/// As [`Trial::play_episode`].
+/// If it is of another world, or damaged.
+pub(super) fn resume<'a>(
+    scenario: &'a Scenario,
+    worlds: &Worlds,
+    seed: u64,
+    written: &[u8],
+) -> Result<Box<dyn Trial + 'a>, String> {
+    let moved = worlds.moved_for(seed);
+    let file = scenario.shaping.file.as_deref();
+    let file = file.and_then(|path| worlds.potential_of(path));
+    match worlds.first_for(seed) {
+        World::Grid(first) => {
+            let places = Box::new(first.layout().clone());
+            let moved = moved.and_then(|MovedWorld { after, world }| match world {
+                World::Grid(world) => Some((after, world)),
+                World::Listed(..) => None, // both are of the scenario's one kind
+            });
+            let trial = TrialIn::<GridWorld>::read(scenario, file, moved, places, seed, written)?;
+            Ok(Box::new(trial))
+        }
+        World::Listed(_, names) => {
+            let places = Box::new(names);
+            let moved = moved.and_then(|MovedWorld { after, world }| match world {
+                World::Listed(world, _) => Some((after, world)),
+                World::Grid(_) => None,
+            });
+            let trial = TrialIn::<TabularEnvironment>::read(scenario, file, moved, places, seed, written)?;
+            Ok(Box::new(trial))
+        }
+    }
+}
+
+/// Plays every episode that is left, or until `stop` is set, and takes checkpoints where there are to be any: those that are due,
+/// and one when it is stopped.
+///
+/// # Errors
+/// As [`Trial::play_episode`], and as [`Checkpoints::take`].
 pub(super) fn play(
     trial: &mut dyn Trial,
     stop: &AtomicBool,
     observers: &mut Observers<'_>,
+    mut checkpoints: Option<&mut Checkpoints>,
 ) -> Result<(), RunnerError> {
-    while trial.play_episode(stop, observers)? {}
-    Ok(())
+    loop {
+        let stopped = || stop.load(Ordering::Relaxed);
+        let is_due = |step| checkpoints.as_ref().is_some_and(|all| all.is_due(step));
+        let played = trial.play_episode(&mut |step| stopped() || is_due(step), observers)?;
+        if played == Played::Nothing {
+            return Ok(());
+        }
+        if let Some(checkpoints) = &mut checkpoints
+            && !trial.sums().is_complete()
+            && (stopped() || checkpoints.is_due(trial.steps()))
+        {
+            checkpoints.take(trial, observers)?;
+        }
+        if stopped() {
+            return Ok(());
+        }
+    }
 }
 
 struct TrialIn<'a, E: Model> {
@@ -96,13 +168,20 @@ struct TrialIn<'a, E: Model> {
     moved: Option<(usize, E)>,
     places: Box<dyn Places<E::State>>,
     sums: Sums,
+    /// Wall seconds of the episode under way until it was last paused.
+    seconds: f64,
 }
 
-impl<'a, E> TrialIn<'a, E>
-where
-    E: Model + Clone + Send + 'static,
-    E::State: Send,
+/// A world that can be written down with all that stands on it.
+trait Plain:
+    Model<State: Send + Serialize + DeserializeOwned> + Clone + Send + Serialize + DeserializeOwned + 'static
 {
+}
+
+impl Plain for GridWorld {}
+impl Plain for TabularEnvironment {}
+
+impl<'a, E: Plain> TrialIn<'a, E> {
     fn new(
         scenario: &'a Scenario,
         first: E,
@@ -119,6 +198,30 @@ where
             seed,
             moved,
             places,
+            seconds: 0.0,
+        })
+    }
+
+    /// The trial that [`Trial::written`] wrote down. The clock goes on from there.
+    fn read(
+        scenario: &'a Scenario,
+        file: Option<&PotentialFile>,
+        moved: Option<(usize, E)>,
+        places: Box<dyn Places<E::State>>,
+        seed: u64,
+        written: &[u8],
+    ) -> Result<Self, String> {
+        let read = rmp_serde::from_slice(written);
+        let (engine, sums, seconds, awaits_move): (Engine<E, AnyAgent>, Sums, f64, bool) =
+            read.map_err(|error| format!("the run in it is damaged: {error}"))?;
+        Ok(Self {
+            engine: with_discovery_hook(scenario, engine, file),
+            sums,
+            seconds,
+            scenario,
+            seed,
+            moved: moved.filter(|_| awaits_move),
+            places,
         })
     }
 
@@ -131,27 +234,25 @@ where
     }
 }
 
-impl<E> Trial for TrialIn<'_, E>
-where
-    E: Model + Clone + Send + 'static,
-    E::State: Send,
-{
+impl<E: Plain> Trial for TrialIn<'_, E> {
     fn play_episode(
         &mut self,
-        stop: &AtomicBool,
+        pause: &mut dyn FnMut(u64) -> bool,
         observers: &mut Observers<'_>,
-    ) -> Result<bool, RunnerError> {
-        if self.sums.is_complete() || stop.load(Ordering::Relaxed) {
-            return Ok(false);
+    ) -> Result<Played, RunnerError> {
+        if self.sums.is_complete() {
+            return Ok(Played::Nothing);
         }
         let number = self.sums.lengths().len();
-        self.move_goals_before(number);
+        if !self.engine.pipeline().walker().is_in_episode() {
+            self.move_goals_before(number);
+        }
         // Trials that nobody observes are spared the clock, a fiftieth of a short episode.
         let begun = (!observers.is_empty()).then(Instant::now);
         let _in_episode = trace_span!("episode", episode = number).entered();
         let (sums, places) = (&mut self.sums, self.places.as_ref());
         let mut told = Ok(());
-        let record = self.engine.run_episode_unless(stop, |record, pipeline| {
+        let record = self.engine.run_episode_until(pause, |record, pipeline| {
             sums.refreshed(record);
             let refresh = Refresh {
                 record,
@@ -162,19 +263,25 @@ where
             }
         })?;
         told?;
+        self.seconds += begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
         let Some(record) = record else {
-            return Ok(false);
+            return Ok(Played::Part);
         };
         self.sums.episode_ended(&record);
         let episode = Episode {
             record: &record,
             regret: self.sums.regret(),
-            seconds: begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64()),
+            seconds: std::mem::take(&mut self.seconds),
         };
         for observer in observers {
             observer.episode_ended(&episode, self)?;
         }
-        Ok(true)
+        Ok(Played::Episode)
+    }
+
+    fn written(&self) -> Result<Vec<u8>, String> {
+        let run = (&self.engine, &self.sums, self.seconds, self.moved.is_some());
+        rmp_serde::to_vec(&run).map_err(|error| error.to_string())
     }
 
     fn sums(&self) -> &Sums {

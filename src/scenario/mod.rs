@@ -71,6 +71,11 @@ pub struct RunParams {
     pub episodes: usize,
     /// Master seed, unless the command line gives another one.
     pub seed: u64,
+    /// A checkpoint is taken after so many environment steps, from which an interrupted run goes on; 0: not by steps.
+    pub checkpoint_every_steps: u64,
+    /// A checkpoint is taken after so many minutes, at most 1e6; 0: not by the clock. Whatever these two say, one is taken when the
+    /// run is told to stop.
+    pub checkpoint_every_minutes: f64,
 }
 
 impl Default for RunParams {
@@ -78,6 +83,8 @@ impl Default for RunParams {
         Self {
             episodes: 500,
             seed: 0,
+            checkpoint_every_steps: 0,
+            checkpoint_every_minutes: 5.0,
         }
     }
 }
@@ -86,12 +93,16 @@ impl Default for RunParams {
 const MOST_EPISODES: usize = 1_000_000_000;
 
 impl RunParams {
-    /// Checks the number of episodes.
+    /// Checks the numbers.
     ///
     /// # Errors
     /// If it is out of its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        Section("run").count("episodes", self.episodes, 1..=MOST_EPISODES)
+        let section = Section("run");
+        section.count("episodes", self.episodes, 1..=MOST_EPISODES)?;
+        let minutes = self.checkpoint_every_minutes;
+        let holds = (0.0..=1e6).contains(&minutes);
+        section.number("checkpoint_every_minutes", minutes, holds, "must be from 0 to 1e6")
     }
 }
 

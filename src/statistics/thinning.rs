@@ -1,8 +1,10 @@
 //! Thinning of a stream of unknown length: which of its items to keep.
 
+use serde::{Deserialize, Serialize};
+
 /// Filter of a stream: keeps every stride-th of a stream, from the first on, and doubles the stride after each `run` of them: of n there are
 /// at most `run` · (1 + log₂(1 + n / run)) kept. Decides by numbers alone, so that equal runs keep the same.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Thinning {
     run: u64,
     stride: u64,

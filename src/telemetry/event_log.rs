@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -49,15 +49,27 @@ pub struct SeedLog {
 impl EventLog {
     /// Creates the file of one seed.
     pub fn open(&self, path: &Path) -> io::Result<SeedLog> {
-        let writer = BufWriter::new(File::create(path)?);
+        Ok(self.keep(File::create(path)?))
+    }
+
+    /// Goes on behind the first `length` bytes of the file of one seed; what of them is gone is not missed.
+    pub fn go_on(&self, path: &Path, length: u64) -> io::Result<SeedLog> {
+        let file = File::options().create(true).truncate(false).write(true).open(path)?;
+        file.set_len(length.min(file.metadata()?.len()))?;
+        (&file).seek(io::SeekFrom::End(0))?;
+        Ok(self.keep(file))
+    }
+
+    fn keep(&self, file: File) -> SeedLog {
+        let writer = BufWriter::new(file);
         let sink = Sink(Arc::new(Mutex::new((writer, None))));
         let number = self.shared.next.fetch_add(1, Ordering::Relaxed);
         locked(&self.shared.open).insert(number, sink.clone());
-        Ok(SeedLog {
+        SeedLog {
             number,
             sink,
             shared: Arc::clone(&self.shared),
-        })
+        }
     }
 
     /// The reader that fills the files.
@@ -72,6 +84,17 @@ impl SeedLog {
     /// The value for the field `log` of the seed's `run` span.
     pub fn number(&self) -> u64 {
         self.number
+    }
+
+    /// Brings what was logged so far to the disk. The length of the file.
+    ///
+    /// # Errors
+    /// As [`flush`](Self::flush).
+    pub fn sync(&self) -> io::Result<u64> {
+        self.flush()?;
+        let file = &locked(&self.sink.0).0;
+        file.get_ref().sync_data()?;
+        Ok(file.get_ref().metadata()?.len())
     }
 
     /// Brings what was logged so far to the file.

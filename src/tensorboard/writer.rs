@@ -20,17 +20,21 @@
 //! and lie over its runs. Times of day and the two rates and durations are all that equal runs do not share.
 //!
 //! Long runs are thinned ([`Thinning`]): all of the first 2000 episodes, every second of the next 2000 kept, and so on;
-//! refreshes likewise from 1000 on, and pictures from 16. An interrupted seed begins anew, and so does this file.
+//! refreshes likewise from 1000 on, and pictures from 16. An interrupted seed goes on from a
+//! checkpoint, and so does this file.
 
 use super::map_png::png_of_values;
 use super::{Png, Summary, write_event, write_version};
 use crate::archive::files::GrowingFile;
 use crate::archive::{ArchiveError, names};
 use crate::env::layouts::Cell;
-use crate::runner::{Episode, Knowledge, KnownMap, Refresh, RunObserver, RunStart, RunState};
+use crate::runner::{
+    Episode, Knowledge, KnownMap, Refresh, RunObserver, RunStart, RunState, SavedObserver, save,
+};
 use crate::shaping::PotentialFit;
 use crate::spectral::SpectrumRefresh;
 use crate::statistics::Thinning;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -54,13 +58,32 @@ pub struct TensorBoardWriter {
 }
 
 impl TensorBoardWriter {
-    /// Begins the file in the folder of the seed anew, with the text of the scenario.
+    /// Begins the file in the folder of the seed anew, with the text of the scenario; or goes on with it as the seed does.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn create(start: &RunStart<'_>) -> Result<Self, ArchiveError> {
         let path = start.folder.join(names::TENSORBOARD);
         let now = Instant::now();
+        if let Some(Saved {
+            length,
+            seconds,
+            episodes,
+            refreshes,
+            pictures,
+        }) = start.saved(NAME)
+            && let Ok(file) = GrowingFile::go_on(&path, length)
+        {
+            return Ok(Self {
+                file,
+                waiting: Vec::new(),
+                flushed: now,
+                begun: now.checked_sub(seconds).unwrap_or(now),
+                episodes,
+                refreshes,
+                pictures,
+            });
+        }
         let mut writer = Self {
             file: GrowingFile::create(&path).map_err(ArchiveError::write(&path))?,
             waiting: Vec::new(),
@@ -90,7 +113,34 @@ impl TensorBoardWriter {
     }
 }
 
+/// What a writer goes on from.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    length: u64,
+    /// Since the run began.
+    seconds: Duration,
+    episodes: Thinning,
+    refreshes: Thinning,
+    pictures: Thinning,
+}
+
+/// The writer's name in checkpoints.
+const NAME: &str = "tensorboard";
+
 impl RunObserver for TensorBoardWriter {
+    fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
+        self.flush()?;
+        let length = self.file.sync();
+        let saved = Saved {
+            length: length.map_err(ArchiveError::write(self.file.path()))?,
+            seconds: self.begun.elapsed(),
+            episodes: self.episodes.clone(),
+            refreshes: self.refreshes.clone(),
+            pictures: self.pictures.clone(),
+        };
+        Ok(save(NAME, &saved))
+    }
+
     fn refreshed(&mut self, refresh: &Refresh<'_>) -> Result<(), ArchiveError> {
         let record = refresh.record;
         let mut summary = Summary::default();

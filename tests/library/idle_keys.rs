@@ -99,7 +99,7 @@ fn played(loaded: &Loaded) -> String {
         stop: &AtomicBool::new(false),
         observers: &|_| Ok(Vec::new()),
     };
-    runner::run_seed(loaded, 3, folder.path(), watch).unwrap();
+    runner::run_seed(loaded, 3, folder.path(), false, watch).unwrap();
     std::fs::read_to_string(folder.path().join("episodes.csv")).unwrap()
 }
 

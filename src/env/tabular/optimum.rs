@@ -7,6 +7,7 @@
 
 use super::TabularMdp;
 use crate::env::Starts;
+use serde::{Deserialize, Serialize};
 
 /// Two returns this close, relative to their size, tie. Far above rounding, far below any difference that matters.
 const TIE: f64 = 1e-12;
@@ -14,7 +15,7 @@ const TIE: f64 = 1e-12;
 const SETTLED: f64 = 1e-13;
 
 /// Return and length of an episode of the best policy, in expectation over starts and chance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Optimum {
     /// Sum of rewards, undiscounted: R* of eq. 15 of the source paper.
     pub expected_return: f64,

@@ -90,7 +90,7 @@ fn record(
     if let Some(folder) = keep {
         observers.push(Box::new(SightsWriter::new(folder)));
     }
-    trial::play(trial, stop, &mut observers)?;
+    trial::play(trial, stop, &mut observers, None)?;
     if !trial.sums().is_complete() {
         return Ok(None);
     }
