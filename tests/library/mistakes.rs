@@ -47,7 +47,12 @@ fn every_wrong_character_of_a_map_is_told_and_every_line_of_a_file() {
     let refused = refused(&text, &[])
         .to_string()
         .replace(&file.display().to_string(), "x.csv");
-    insta::assert_snapshot!(refused, @"");
+    insta::assert_snapshot!(refused, @r#"
+    x.toml:3:8: env.file: x.csv, line 3: 2 fields where the header has 3
+    x.toml:3:8: env.file: x.csv, line 4: the column "from" is empty: every edge needs a name there
+    x.toml:3:8: env.file: x.csv, line 5: 5 fields where the header has 3
+    3 mistakes in x.toml
+    "#);
 }
 
 #[test]
