@@ -108,6 +108,8 @@ pub enum Command {
     Export(Export),
     /// Draw a scenario beside the actor-critic alone as one SVG, or the source paper's figures 4 to 9
     Figures(Figures),
+    /// Tell what a checkpoint is of, and whether it is whole
+    Inspect(Inspect),
     /// Print the JSON Schema of scenario files, for editors
     Schema,
     /// List the scenarios that come with the program, and the kinds of worlds and learners
@@ -235,6 +237,16 @@ pub struct Check {
     pub resolved: bool,
     /// Print the facts as one line of JSON
     #[arg(long, conflicts_with = "resolved")]
+    pub json: bool,
+}
+
+/// `eigentrail inspect`
+#[derive(Args, Debug)]
+pub struct Inspect {
+    /// The checkpoint, `seed-0000/checkpoint` or `checkpoint-before` in the folder of a run
+    pub checkpoint: PathBuf,
+    /// Print the facts as one line of JSON
+    #[arg(long)]
     pub json: bool,
 }
 

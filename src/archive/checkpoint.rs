@@ -45,7 +45,8 @@ impl Checkpoint {
     /// # Errors
     /// If there is none, or if it is none or damaged, with the reason.
     pub fn read(path: &Path) -> Result<Self, ArchiveError> {
-        let bytes = fs::read(path).map_err(|error| ArchiveError::damaged(path, error.to_string()))?;
+        let bytes =
+            fs::read(path).map_err(|error| ArchiveError::damaged(path, error.to_string()))?;
         unpack(KIND, &bytes).map_err(|reason| ArchiveError::damaged(path, reason))
     }
 
@@ -56,7 +57,8 @@ impl Checkpoint {
     pub fn write(&self, folder: &Path) -> Result<(), ArchiveError> {
         let [newest, before] = paths(folder);
         let bytes = pack(KIND, self);
-        let bytes = bytes.map_err(|reason| ArchiveError::write(&newest)(io::Error::other(reason)))?;
+        let bytes =
+            bytes.map_err(|reason| ArchiveError::write(&newest)(io::Error::other(reason)))?;
         let renamed = match fs::rename(&newest, &before) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             other => other,

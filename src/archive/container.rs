@@ -49,14 +49,19 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, String
 
 fn payload(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
     let Some((header, payload)) = bytes.split_at_checked(HEADER) else {
-        return Err(format!("it is cut off: {} bytes are no header", bytes.len()));
+        return Err(format!(
+            "it is cut off: {} bytes are no header",
+            bytes.len()
+        ));
     };
     let number = |at: usize| u32::from_le_bytes(header[at..at + 4].try_into().expect("4 bytes"));
     let length = u64::from_le_bytes(header[20..].try_into().expect("8 bytes"));
     let (version, checksum) = (number(12), number(16));
     if &header[..8] != MAGIC || &header[8..12] != kind.letters {
         let letters = String::from_utf8_lossy(kind.letters);
-        return Err(format!("it is nothing that eigentrail has written as {letters}"));
+        return Err(format!(
+            "it is nothing that eigentrail has written as {letters}"
+        ));
     }
     if version != kind.version {
         return Err(format!(
@@ -91,13 +96,24 @@ mod tests {
         let bytes = pack(KIND, &vec![1.5, -0.0]).unwrap();
         let read = |kind| unpack::<Vec<f64>>(kind, &bytes);
         assert_eq!(read(KIND).unwrap(), [1.5, -0.0]);
-        let other = Kind { letters: b"ELSE", version: 3 };
+        let other = Kind {
+            letters: b"ELSE",
+            version: 3,
+        };
         assert!(read(other).unwrap_err().contains("as ELSE"));
         let newer = Kind { version: 4, ..KIND };
         let said = "version 3 of its format, and this program reads version 4";
         assert!(read(newer).unwrap_err().contains(said));
-        assert!(unpack::<String>(KIND, &bytes).unwrap_err().contains("damaged"));
-        assert!(unpack::<Vec<f64>>(KIND, b"EIGTRAIL").unwrap_err().contains("cut off"));
+        assert!(
+            unpack::<String>(KIND, &bytes)
+                .unwrap_err()
+                .contains("damaged")
+        );
+        assert!(
+            unpack::<Vec<f64>>(KIND, b"EIGTRAIL")
+                .unwrap_err()
+                .contains("cut off")
+        );
     }
 
     proptest! {

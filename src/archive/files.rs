@@ -338,7 +338,10 @@ mod tests {
         let whole = "episode,reward\n0,-0.0\n1,-0.5\n2,-1.0\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
         // What came after is cut off, and it goes on.
-        let late = Row { episode: 3, reward: 7.0 };
+        let late = Row {
+            episode: 3,
+            reward: 7.0,
+        };
         table.push(&late).unwrap();
         table.flush().unwrap();
         for _ in 0..2 {

@@ -51,7 +51,8 @@ pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
 pub use run_files::{RunInfo, RunStatus};
 pub use seed_files::{
-    SeedTables, TableLengths, read_labels, read_potential, write_matrix, write_potential, write_states,
+    SeedTables, TableLengths, read_labels, read_potential, write_matrix, write_potential,
+    write_states,
 };
 pub use snapshots::{Snapshot, read_snapshots, write_snapshots};
 pub use summary::{SeedResult, SeedTiming, Summary, Timing};

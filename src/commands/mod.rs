@@ -6,6 +6,7 @@ mod export;
 mod figures;
 mod gallery;
 mod info;
+mod inspect;
 mod observers;
 mod potential;
 mod progress;
@@ -61,6 +62,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
+        Command::Inspect(args) => inspect::inspect(args),
         Command::Show(args) => show::show(args, &cli.global),
         Command::Track(args) => {
             track::track(args, cli.global.threads, &telemetry, bars(&cli.global))

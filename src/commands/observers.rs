@@ -2,9 +2,7 @@
 
 use super::progress::Progress;
 use eigentrail::archive::{ArchiveError, Checkpoint, names};
-use eigentrail::runner::{
-    Episode, Refresh, RunObserver, RunStart, RunState, SavedObserver, save,
-};
+use eigentrail::runner::{Episode, Refresh, RunObserver, RunStart, RunState, SavedObserver, save};
 use eigentrail::telemetry::{EventLog, SeedLog};
 use std::io;
 use std::path::PathBuf;
@@ -79,7 +77,10 @@ impl<'a> EpisodeProgress<'a> {
     /// One that has seen what the seed goes on from.
     pub fn new(progress: &'a Progress, start: &RunStart<'_>) -> Self {
         let mut seen = Self { progress, steps: 0 };
-        if let Some(Checkpoint { steps, episodes, .. }) = start.resumed {
+        if let Some(Checkpoint {
+            steps, episodes, ..
+        }) = start.resumed
+        {
             seen.walked_to(*steps);
             progress.add(*episodes as u64);
         }

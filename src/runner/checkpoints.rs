@@ -18,9 +18,9 @@ use tracing::{debug, warn};
 const STEPS_PER_LOOK: u64 = 256;
 
 /// Keeper of the checkpoints of one trial.
-pub(super) struct Checkpoints {
+pub(super) struct Checkpoints<'a> {
     folder: PathBuf,
-    scenario: String,
+    scenario: &'a Scenario,
     seed: u64,
     every_steps: Option<u64>,
     every: Option<Duration>,
@@ -29,13 +29,13 @@ pub(super) struct Checkpoints {
     taken: Instant,
 }
 
-impl Checkpoints {
+impl<'a> Checkpoints<'a> {
     /// The keeper of those of `seed`, which lie in `folder`.
-    pub fn new(scenario: &Scenario, seed: u64, folder: &Path) -> Self {
+    pub fn new(scenario: &'a Scenario, seed: u64, folder: &Path) -> Self {
         let (run, minutes) = (&scenario.run, scenario.run.checkpoint_every_minutes);
         Self {
             folder: folder.to_owned(),
-            scenario: scenario.to_toml(),
+            scenario,
             seed,
             every_steps: Some(run.checkpoint_every_steps).filter(|&steps| steps > 0),
             every: (minutes > 0.0).then(|| Duration::from_secs_f64(60.0 * minutes)),
@@ -47,9 +47,12 @@ impl Checkpoints {
     /// Whether one is to be taken after so many steps.
     #[inline]
     pub fn is_due(&self, steps: u64) -> bool {
-        self.every_steps.is_some_and(|every| steps - self.steps >= every)
+        self.every_steps
+            .is_some_and(|every| steps - self.steps >= every)
             || steps.is_multiple_of(STEPS_PER_LOOK)
-                && self.every.is_some_and(|every| self.taken.elapsed() >= every)
+                && self
+                    .every
+                    .is_some_and(|every| self.taken.elapsed() >= every)
     }
 
     /// Takes one. If it cannot be written the run goes on, and the older ones are still there; what observers have to bring to the
@@ -57,7 +60,11 @@ impl Checkpoints {
     ///
     /// # Errors
     /// What an observer could not write.
-    pub fn take(&mut self, trial: &dyn Trial, observers: &mut Observers<'_>) -> Result<(), RunnerError> {
+    pub fn take(
+        &mut self,
+        trial: &dyn Trial,
+        observers: &mut Observers<'_>,
+    ) -> Result<(), RunnerError> {
         (self.steps, self.taken) = (trial.steps(), Instant::now());
         let mut saved = BTreeMap::new();
         for observer in observers {
@@ -68,7 +75,7 @@ impl Checkpoints {
         let written = trial.written().and_then(|run| {
             let checkpoint = Checkpoint {
                 program: concat!("eigentrail ", env!("CARGO_PKG_VERSION")).to_owned(),
-                scenario: self.scenario.clone(),
+                scenario: self.scenario.to_toml(),
                 seed: self.seed,
                 steps: trial.steps(),
                 episodes: trial.sums().lengths().len(),
@@ -78,25 +85,44 @@ impl Checkpoints {
             };
             let made = fs::create_dir_all(&self.folder);
             made.map_err(|error| error.to_string())?;
-            checkpoint.write(&self.folder).map_err(|error| error.to_string())
+            checkpoint
+                .write(&self.folder)
+                .map_err(|error| error.to_string())
         });
         let (steps, seconds) = (self.steps, self.taken.elapsed().as_secs_f64());
         match written {
             Ok(()) => debug!(name: "checkpoint", steps, seconds, "checkpoint"),
-            Err(error) => warn!("no checkpoint at step {steps}: {error}; the run goes on without it"),
+            Err(error) => {
+                warn!("no checkpoint at step {steps}: {error}; the run goes on without it")
+            }
         }
         Ok(())
     }
 
-    /// The run goes on from this one.
-    pub fn went_on_from(&mut self, checkpoint: &Checkpoint) {
-        self.steps = checkpoint.steps;
+    /// What `load` makes of the newest checkpoint from which it can make something. Why others are passed over is said.
+    pub fn go_on<T>(
+        &mut self,
+        load: impl Fn(&Checkpoint) -> Result<T, String>,
+    ) -> Option<(Checkpoint, T)> {
+        let found = self
+            .usable()
+            .find_map(|(path, checkpoint)| match load(&checkpoint) {
+                Ok(loaded) => Some((checkpoint, loaded)),
+                Err(reason) => {
+                    pass_over(&format!("{}: {reason}", path.display()));
+                    None
+                }
+            })?;
+        self.steps = found.0.steps;
+        Some(found)
     }
 
     /// Those that are there and belong to this trial, the newest first, read when they are asked for. Why another one is passed
     /// over is said.
-    pub fn usable(&self) -> impl Iterator<Item = (PathBuf, Checkpoint)> + '_ {
-        let there = checkpoint::paths(&self.folder).into_iter().filter(|path| path.exists());
+    fn usable(&self) -> impl Iterator<Item = (PathBuf, Checkpoint)> + '_ {
+        let there = checkpoint::paths(&self.folder)
+            .into_iter()
+            .filter(|path| path.exists());
         there.filter_map(|path| match self.read(&path) {
             Ok(checkpoint) => Some((path, checkpoint)),
             Err(error) => {
@@ -112,10 +138,13 @@ impl Checkpoints {
         if checkpoint.seed != self.seed {
             return mismatch(format!("it is of seed {}", checkpoint.seed));
         }
-        let mut pairs = checkpoint.scenario.lines().zip(self.scenario.lines());
+        let scenario = self.scenario.to_toml();
+        let mut pairs = checkpoint.scenario.lines().zip(scenario.lines());
         match pairs.find(|(there, here)| there != here) {
-            Some((there, here)) => mismatch(format!("its scenario has `{there}` where this one has `{here}`")),
-            None if checkpoint.scenario != self.scenario => mismatch("its scenario differs".to_owned()),
+            Some((there, here)) => mismatch(format!(
+                "its scenario has `{there}` where this one has `{here}`"
+            )),
+            None if checkpoint.scenario != scenario => mismatch("its scenario differs".to_owned()),
             None => Ok(checkpoint),
         }
     }
@@ -130,6 +159,8 @@ impl Checkpoints {
 }
 
 /// Says why a checkpoint is not gone on from.
-pub(super) fn pass_over(reason: &impl std::fmt::Display) {
-    warn!("{reason}; this checkpoint is passed over, the one before it is tried, and without any the seed begins anew");
+fn pass_over(reason: &impl std::fmt::Display) {
+    warn!(
+        "{reason}; this checkpoint is passed over, the one before it is tried, and without any the seed begins anew"
+    );
 }

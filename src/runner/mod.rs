@@ -31,11 +31,14 @@ pub use compare::{CompareOutcome, CompareRequest, CompareWatch, compare};
 pub use error::RunnerError;
 pub use estimate::{estimated_bytes, require_memory, require_spectrum_memory};
 pub use observer::{
-    Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState, SavedObserver, save,
+    Episode, Knowledge, KnownMap, Observers, Refresh, RunObserver, RunStart, RunState,
+    SavedObserver, save,
 };
 pub use potential::{PotentialOfGraph, potential_of_graph};
 pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};
 pub use snapshots::Snapshots;
 
+#[cfg(test)]
+mod checkpoint_tests;
 #[cfg(test)]
 mod tests;

@@ -1,14 +1,14 @@
 //! Seeds of a scenario into a run folder.
 
 use super::build::warn_of_file;
-use super::checkpoints::{Checkpoints, pass_over};
+use super::checkpoints::Checkpoints;
 use super::error::RunnerError;
 use super::estimate::require_memory;
 use super::observer::{Observers, RunStart};
 use super::optimal_returns::OptimalReturns;
 use super::parallel_map::parallel_map;
 use super::seed_writer::SeedWriter;
-use super::trial::{self, Trial};
+use super::trial;
 use crate::archive::{
     ArchiveError, Checkpoint, Existing, RunFolder, RunInfo, RunStatus, SeedResult, SeedTiming,
     Summary, checkpoint,
@@ -187,23 +187,25 @@ pub fn run_seed(
 ) -> Result<SeedOutcome, RunnerError> {
     let scenario = &loaded.scenario;
     let mut checkpoints = Checkpoints::new(scenario, seed, folder);
+    let load = |checkpoint: &Checkpoint| {
+        let trial = trial::resume(scenario, &loaded.worlds, seed, &checkpoint.run)?;
+        let writer = SeedWriter::go_on(folder, checkpoint).map_err(|error| error.to_string())?;
+        Ok((trial, writer))
+    };
     let gone_on = match resume {
-        true => go_on(loaded, seed, folder, &checkpoints),
+        true => checkpoints.go_on(load),
         false => None,
     };
-    let (resumed, mut trial, writer) = match gone_on {
-        Some((checkpoint, trial, writer)) => (Some(checkpoint), trial, writer),
+    let (resumed, (mut trial, writer)) = match gone_on {
+        Some((checkpoint, loaded)) => (Some(checkpoint), loaded),
         None => {
             let optimal = OptimalReturns::of(&loaded.worlds, seed);
             let trial = trial::begin(scenario, &loaded.worlds, optimal, seed)?;
             let writer = SeedWriter::create(folder)?;
             checkpoints.remove()?;
-            (None, trial, writer)
+            (None, (trial, writer))
         }
     };
-    if let Some(checkpoint) = &resumed {
-        checkpoints.went_on_from(checkpoint);
-    }
     let start = RunStart {
         scenario,
         seed,
@@ -214,10 +216,18 @@ pub fn run_seed(
     let span = info_span!("run", scenario = scenario.name, seed, log = field::Empty);
     let played = span.in_scope(|| {
         observers.extend((watch.observers)(&start)?);
-        if let Some(Checkpoint { steps, episodes, .. }) = &resumed {
+        if let Some(Checkpoint {
+            steps, episodes, ..
+        }) = &resumed
+        {
             info!(name: "resumed", seed, steps, episodes, "resumed");
         }
-        trial::play(&mut *trial, watch.stop, &mut observers, Some(&mut checkpoints))
+        trial::play(
+            &mut *trial,
+            watch.stop,
+            &mut observers,
+            Some(&mut checkpoints),
+        )
     });
     drop(span); // its line is the last one of the log
     // Whatever went wrong, the rows so far belong on disk; the first error is the one to tell.
@@ -227,30 +237,11 @@ pub fn run_seed(
     for observer in &mut observers {
         observer.ended(trial.as_ref())?;
     }
-    let result = trial.result();
     Ok(SeedOutcome {
-        result,
+        result: trial.result(),
         timing: trial.timing(),
         steps_per_episode: trial.sums().lengths().to_vec(),
         was_finished: false,
-    })
-}
-
-/// The newest checkpoint of a seed that can be gone on from, the trial as it was then, and the files likewise. Why others cannot is
-/// said.
-fn go_on<'a>(
-    loaded: &'a Loaded,
-    seed: u64,
-    folder: &Path,
-    checkpoints: &Checkpoints,
-) -> Option<(Checkpoint, Box<dyn Trial + 'a>, SeedWriter)> {
-    let mut usable = checkpoints.usable();
-    usable.find_map(|(path, checkpoint)| {
-        let trial = trial::resume(&loaded.scenario, &loaded.worlds, seed, &checkpoint.run);
-        let trial = trial.map_err(|reason| pass_over(&format!("{}: {reason}", path.display())));
-        let writer = SeedWriter::go_on(folder, &checkpoint);
-        let writer = writer.map_err(|reason| pass_over(&reason));
-        Some((checkpoint, trial.ok()?, writer.ok()?))
     })
 }
 

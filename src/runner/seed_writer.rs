@@ -1,12 +1,10 @@
 //! The files of one seed, written while it runs and at its end.
 
-use super::observer::{
-    Episode, Refresh, RunObserver, RunState, SavedObserver, saved, save,
-};
+use super::observer::{Episode, Refresh, RunObserver, RunState, SavedObserver, save, saved};
 use super::snapshots::Snapshots;
 use crate::archive::{
-    ArchiveError, Checkpoint, SeedTables, TableLengths, names, write_actions, write_graph, write_matrix, write_policy,
-    write_potential, write_snapshots, write_states,
+    ArchiveError, Checkpoint, SeedTables, TableLengths, names, write_actions, write_graph,
+    write_matrix, write_policy, write_potential, write_snapshots, write_states,
 };
 use crate::shaping::Potential;
 use std::path::{Path, PathBuf};
@@ -34,7 +32,10 @@ impl SeedWriter {
     /// If they are not there, or have less in them.
     pub fn go_on(folder: &Path, checkpoint: &Checkpoint) -> Result<Self, ArchiveError> {
         let Some((lengths, snapshots)) = saved(checkpoint, NAME) else {
-            return Err(ArchiveError::damaged(folder, "the checkpoint does not know its files"));
+            return Err(ArchiveError::damaged(
+                folder,
+                "the checkpoint does not know its files",
+            ));
         };
         Ok(Self {
             folder: folder.to_owned(),

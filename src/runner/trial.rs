@@ -124,7 +124,8 @@ pub(super) fn resume<'a>(
                 World::Listed(world, _) => Some((after, world)),
                 World::Grid(_) => None,
             });
-            let trial = TrialIn::<TabularEnvironment>::read(scenario, file, moved, places, seed, written)?;
+            let trial =
+                TrialIn::<TabularEnvironment>::read(scenario, file, moved, places, seed, written)?;
             Ok(Box::new(trial))
         }
     }
@@ -139,7 +140,7 @@ pub(super) fn play(
     trial: &mut dyn Trial,
     stop: &AtomicBool,
     observers: &mut Observers<'_>,
-    mut checkpoints: Option<&mut Checkpoints>,
+    mut checkpoints: Option<&mut Checkpoints<'_>>,
 ) -> Result<(), RunnerError> {
     loop {
         let stopped = || stop.load(Ordering::Relaxed);
@@ -174,7 +175,12 @@ struct TrialIn<'a, E: Model> {
 
 /// A world that can be written down with all that stands on it.
 trait Plain:
-    Model<State: Send + Serialize + DeserializeOwned> + Clone + Send + Serialize + DeserializeOwned + 'static
+    Model<State: Send + Serialize + DeserializeOwned>
+    + Clone
+    + Send
+    + Serialize
+    + DeserializeOwned
+    + 'static
 {
 }
 

@@ -102,7 +102,12 @@ impl RunParams {
         section.count("episodes", self.episodes, 1..=MOST_EPISODES)?;
         let minutes = self.checkpoint_every_minutes;
         let holds = (0.0..=1e6).contains(&minutes);
-        section.number("checkpoint_every_minutes", minutes, holds, "must be from 0 to 1e6")
+        section.number(
+            "checkpoint_every_minutes",
+            minutes,
+            holds,
+            "must be from 0 to 1e6",
+        )
     }
 }
 

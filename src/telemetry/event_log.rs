@@ -54,7 +54,11 @@ impl EventLog {
 
     /// Goes on behind the first `length` bytes of the file of one seed; what of them is gone is not missed.
     pub fn go_on(&self, path: &Path, length: u64) -> io::Result<SeedLog> {
-        let file = File::options().create(true).truncate(false).write(true).open(path)?;
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(path)?;
         file.set_len(length.min(file.metadata()?.len()))?;
         (&file).seek(io::SeekFrom::End(0))?;
         Ok(self.keep(file))

@@ -5,9 +5,10 @@
 
 use super::Field;
 use crate::archive::{
-    ArchiveError, SeedResult, TrialRecord, TrialResult, TrialsByArm, begin_arm, scenario_hash,
-    seed_folder_name, trial_file_name,
+    ArchiveError, Existing, SeedResult, TrialRecord, TrialResult, TrialsByArm, begin_arm,
+    scenario_hash, seed_folder_name, trial_file_name,
 };
+use crate::runner::checkpoints::Checkpoints;
 use crate::runner::error::RunnerError;
 use crate::runner::observer::Observers;
 use crate::runner::parallel_map::parallel_map;
@@ -64,33 +65,55 @@ impl Field<'_> {
         if self.watch.stop.load(Ordering::Relaxed) {
             return Ok(None); // before the optimum is worked out, which may take its time
         }
+        let seed_folder = folder.join(seed_folder_name(seed));
         let first = seed == self.request.seeds[0];
-        let keep = first.then(|| folder.join(seed_folder_name(seed)));
-        let worlds = &self.loaded.worlds;
-        let optimal = self.optimal.of(worlds, seed);
-        let mut trial = trial::begin(&arm.scenario, worlds, optimal, seed)?;
-        let Some(trial) = record(&mut *trial, hash, keep.as_deref(), self.watch.stop)? else {
+        let keep = first.then_some(seed_folder.as_path());
+        let (scenario, worlds) = (&arm.scenario, &self.loaded.worlds);
+        let mut checkpoints = Checkpoints::new(scenario, seed, &seed_folder);
+        let resumed = match self.request.existing {
+            Existing::Resume => checkpoints
+                .go_on(|checkpoint| trial::resume(scenario, worlds, seed, &checkpoint.run)),
+            _ => None,
+        };
+        let (resumed, mut trial) = match resumed {
+            Some((checkpoint, trial)) => (Some(checkpoint), trial),
+            None => {
+                let optimal = self.optimal.of(worlds, seed);
+                (None, trial::begin(scenario, worlds, optimal, seed)?)
+            }
+        };
+        let sights = keep.map(|folder| match &resumed {
+            Some(checkpoint) => SightsWriter::go_on(folder, checkpoint),
+            None => SightsWriter::new(folder),
+        });
+        drop(resumed); // as large as the trial itself
+        let stop = self.watch.stop;
+        let Some(trial) = record(&mut *trial, hash, sights, stop, Some(&mut checkpoints))? else {
             return Ok(None);
         };
         trial.write(&path)?;
+        checkpoints.remove()?; // only now: until its record is on the disk, a trial has not ended
+        if keep.is_none() {
+            let _ = std::fs::remove_dir(&seed_folder); // there for checkpoints alone; whoever put more into it keeps it
+        }
         (self.watch.on_trial)(&arm.name, &trial);
         Ok(Some(trial))
     }
 }
 
-/// Plays every episode of a trial; none if `stop` was set before the last one ended. Snapshots, graph and policy are
-/// written into the folder `keep`, if there is one.
+/// Plays every episode of a trial; none if `stop` was set before the last one ended. What `sights` has seen is written at the end.
 fn record(
     trial: &mut dyn Trial,
     hash: &str,
-    keep: Option<&Path>,
+    sights: Option<SightsWriter>,
     stop: &AtomicBool,
+    checkpoints: Option<&mut Checkpoints<'_>>,
 ) -> Result<Option<TrialRecord>, RunnerError> {
     let mut observers: Observers<'_> = Vec::new();
-    if let Some(folder) = keep {
-        observers.push(Box::new(SightsWriter::new(folder)));
+    if let Some(sights) = sights {
+        observers.push(Box::new(sights));
     }
-    trial::play(trial, stop, &mut observers, None)?;
+    trial::play(trial, stop, &mut observers, checkpoints)?;
     if !trial.sums().is_complete() {
         return Ok(None);
     }
@@ -168,7 +191,8 @@ mod tests {
     ) -> Option<TrialRecord> {
         let optimal = OptimalReturns::of(&loaded.worlds, seed);
         let mut trial = trial::begin(&loaded.scenario, &loaded.worlds, optimal, seed).unwrap();
-        record(&mut *trial, "", keep, stop).unwrap()
+        let sights = keep.map(SightsWriter::new);
+        record(&mut *trial, "", sights, stop, None).unwrap()
     }
 
     #[test]
