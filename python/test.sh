@@ -15,8 +15,10 @@ pip install "maturin>=1.9.4,<2"
 pip install "$(echo "$work"/wheels/*.whl)[test]"
 
 # From elsewhere: it is the wheel that is tested, not the folder it was built from.
-cp -r tests examples README.md "$work"
-cd "$work"
+mkdir "$work/python" "$work/docs"
+cp -r tests examples README.md "$work/python"
+cp ../docs/tutorial.md "$work/docs"
+cd "$work/python"
 "$python" -m pytest --quiet -p no:cacheprovider tests "$@"
 # What needs more than this is tested by test_outside.sh.
 "$python" -m pytest --quiet -p no:cacheprovider --doctest-modules --pyargs eigentrail \

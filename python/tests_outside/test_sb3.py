@@ -75,7 +75,7 @@ def test_nothing_is_wrong_with_minigrid(name):
         check_env(env)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        env = eigentrail.Shaped(SameLayout(gym.make(name)), key="minigrid", gamma=0.99)
+        env = eigentrail.Shaped(SameLayout(gym.make(name)), key="minigrid", gamma=0.99, monitor=False)
         check_gymnasium(env, skip_render_check=True)
 
 
