@@ -27,12 +27,11 @@ class AdvisedPolicy(MultiInputActorCriticPolicy):
     not see it. Without ``eigentrail`` around the environment, an ``"advice"`` of zeros leaves the policy that was learnt.
     """
 
-    def __init__(self, *arguments: Any, **named: Any) -> None:
-        named.setdefault("features_extractor_class", _WithoutAdvice)
-        super().__init__(*arguments, **named)
-        space = self.observation_space
-        if not isinstance(space, spaces.Dict) or "advice" not in space.spaces:
+    def __init__(self, observation_space: spaces.Space, *arguments: Any, **named: Any) -> None:
+        if not isinstance(observation_space, spaces.Dict) or "advice" not in observation_space.spaces:
             raise ValueError('observations have no entry "advice": wrap with ShapedVecEnv(…, advice=True)')
+        named.setdefault("features_extractor_class", _WithoutAdvice)
+        super().__init__(observation_space, *arguments, **named)
 
     def forward(self, obs: Any, deterministic: bool = False) -> Any:
         """Actions, values and log-probabilities."""
