@@ -153,7 +153,7 @@ pub struct Run {
     /// Run folder [default: runs/NAME/TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Go on in an existing run folder: seeds that are finished there are not run again
+    /// Go on in an existing run folder: seeds that are finished there are not run again, others go on from their checkpoints
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Replace an existing run folder
@@ -203,7 +203,7 @@ pub struct Compare {
     /// Output folder [default: runs/NAME/TIME-compare]; of several scenarios each gets a folder in it
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Go on in an existing folder: what is finished there is not run again
+    /// Go on in an existing folder: what is finished there is not run again, the rest goes on from its checkpoints
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Replace an existing folder

@@ -1,12 +1,19 @@
 //! Calls that may take long: without the interpreter's lock, with panics as exceptions, and in forked processes too.
 
+use crate::log;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// How long a signal may wait for an answer.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Whether this process was forked off another one, whose threads it does not have.
 static FORKED: AtomicBool = AtomicBool::new(false);
@@ -16,13 +23,51 @@ static OWN_POOL: Mutex<Option<Arc<ThreadPool>>> = Mutex::new(None);
 
 /// Runs `work` without the interpreter's lock. A panic, which would be a bug, becomes a `RuntimeError`.
 pub fn unlocked<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let result = py.detach(|| {
-        catch_unwind(AssertUnwindSafe(|| match FORKED.load(Ordering::Relaxed) {
-            true => in_own_pool(work),
-            false => work(),
-        }))
-    });
-    result.map_err(|panic| PyRuntimeError::new_err(format!("bug in eigentrail: {}", text(&*panic))))
+    let result = py.detach(|| caught(work)).map_err(bug);
+    match log::raised() {
+        Some(signal) => Err(signal),
+        None => result,
+    }
+}
+
+/// The same for work that may take minutes: a signal whose handler raises, such as Ctrl-C, ends the call at once. Nothing
+/// can stop the work itself; it goes on in the background, and what comes of it is thrown away.
+pub fn interruptible<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let (sender, mut receiver) = mpsc::channel();
+    // Nobody receives after a signal.
+    let run = move || drop(sender.send(caught(work)));
+    let spawned = thread::Builder::new().name("eigentrail".into()).spawn(run);
+    spawned
+        .map_err(|error| PyRuntimeError::new_err(format!("no thread could be started: {error}")))?;
+    loop {
+        let (answer, back) = py.detach(move || waited(receiver));
+        receiver = back;
+        match answer {
+            Ok(result) => return result.map_err(bug),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("bug in eigentrail: no answer"));
+            }
+        }
+    }
+}
+
+fn waited<T>(receiver: Receiver<T>) -> (Result<T, RecvTimeoutError>, Receiver<T>) {
+    (receiver.recv_timeout(PATIENCE), receiver)
+}
+
+fn caught<T: Send>(work: impl FnOnce() -> T + Send) -> thread::Result<T> {
+    catch_unwind(AssertUnwindSafe(|| match FORKED.load(Ordering::Relaxed) {
+        true => in_own_pool(work),
+        false => work(),
+    }))
+}
+
+fn bug(panic: Box<dyn Any + Send>) -> PyErr {
+    PyRuntimeError::new_err(format!("bug in eigentrail: {}", text(&*panic)))
 }
 
 /// Rayon's global pool is that of the parent process: nobody would ever answer from there.

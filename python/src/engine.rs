@@ -2,11 +2,12 @@
 
 use crate::aliases::Aliases;
 use crate::arrays::{self, Matrix, Vector};
-use crate::calls::unlocked;
+use crate::calls::{interruptible, unlocked};
 use crate::container::{Kind, packed, unpacked};
 use crate::errors::raised;
 use crate::parameters;
 use crate::seen::{self, Key, Seen};
+use eigentrail::engine::{PipelineError, RefreshRecord, events};
 use eigentrail::graph::StateId;
 use eigentrail::{Potential, Walker, WorldModel};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -25,6 +26,9 @@ type Transitions<'py> = (
     Vector<'py, f64>,
     Vector<'py, bool>,
 );
+
+/// What brings a world up to date.
+type Renewal = fn(&mut WorldModel<Key>) -> Result<Option<Box<RefreshRecord>>, PipelineError>;
 
 /// The world model, the walkers, and what is watched on the way.
 #[pyclass(module = "eigentrail._eigentrail")]
@@ -48,6 +52,20 @@ impl Engine {
         self.state.walkers.get(walker).ok_or_else(|| {
             PyIndexError::new_err(format!("walker {walker} of an engine with {walkers}"))
         })
+    }
+
+    /// Brings the world up to date. After an interruption it is as it was before.
+    fn renew(&mut self, py: Python<'_>, work: Renewal) -> PyResult<()> {
+        let mut world = self.state.world.clone();
+        let (world, outcome) = interruptible(py, move || {
+            let outcome = work(&mut world);
+            (world, outcome)
+        })?;
+        self.state.world = world;
+        if let Some(refresh) = outcome.map_err(raised)? {
+            unlocked(py, || events::refreshed(&refresh))?;
+        }
+        Ok(())
     }
 
     fn of(state: State) -> Self {
@@ -104,7 +122,11 @@ impl Engine {
         let place = &mut walkers[walker];
         let taken = seen::action(action, world.transitions().num_actions())?;
         let step = seen::step(key, reward, terminated, truncated);
-        let observed = unlocked(py, || place.observe(world, taken, &step))?.map_err(raised)?;
+        let observed = unlocked(py, || {
+            let observed = place.observe(world, taken, &step);
+            observed.inspect(|observed| seen::log(world, observed))
+        })?
+        .map_err(raised)?;
         let outcome = (observed.state.0, terminated);
         let doubt = self
             .aliases
@@ -175,15 +197,11 @@ impl Engine {
     }
 
     fn refresh(&mut self, py: Python<'_>) -> PyResult<()> {
-        let world = &mut self.state.world;
-        unlocked(py, || world.refresh_features())?.map_err(raised)?;
-        Ok(())
+        self.renew(py, WorldModel::refresh_features)
     }
 
     fn refit(&mut self, py: Python<'_>) -> PyResult<()> {
-        let world = &mut self.state.world;
-        unlocked(py, || world.refit())?.map_err(raised)?;
-        Ok(())
+        self.renew(py, WorldModel::refit)
     }
 
     /// Offsets, columns and weights of the symmetric adjacency.

@@ -27,6 +27,7 @@ impl Learner {
     ) -> Result<Observed, PipelineError> {
         let state = self.pipeline.walker().state();
         let seen = self.pipeline.observe(action, step)?;
+        seen::log(self.pipeline.world(), &seen);
         if seen
             .refresh
             .as_ref()

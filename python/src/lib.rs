@@ -11,10 +11,12 @@ mod container;
 mod engine;
 mod errors;
 mod learner;
+mod log;
 mod mdp;
 mod parameters;
 mod seen;
 mod tracker;
+mod worlds;
 
 use pyo3::prelude::*;
 
@@ -30,4 +32,13 @@ mod _eigentrail {
     use crate::mdp::solve;
     #[pymodule_export]
     use crate::tracker::{EigenTracker, track};
+    #[pymodule_export]
+    use crate::worlds::{pack_worlds, unpack_worlds};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::log::pass_on();
+        Ok(())
+    }
 }

@@ -1,5 +1,6 @@
 //! Steps as Python tells of them, and what they were worth.
 
+use eigentrail::engine::events;
 use eigentrail::graph::StateId;
 use eigentrail::{Action, Observed, Potential, Step, StepStatus, WorldModel};
 use pyo3::PyResult;
@@ -50,6 +51,14 @@ pub fn told(world: &WorldModel<Key>, observed: &Observed, status: StepStatus) ->
         observed.bonus,
         observed.refresh.is_some(),
     )
+}
+
+/// Tells whoever keeps a log of what is rare.
+pub fn log(world: &WorldModel<Key>, observed: &Observed) {
+    events::observed(observed, world.steps(), world.graph().num_states());
+    if let Some(refresh) = &observed.refresh {
+        events::refreshed(refresh);
+    }
 }
 
 /// φ of every state.

@@ -1,7 +1,7 @@
 //! The growing eigensolver.
 
 use crate::arrays::{self, Matrix, Vector};
-use crate::calls::unlocked;
+use crate::calls::{interruptible, unlocked};
 use crate::container::{Kind, packed, unpacked};
 use crate::errors::raised;
 use eigentrail::spectral::{
@@ -69,12 +69,16 @@ impl EigenTracker {
                 self.nodes
             )));
         }
-        let solver = &mut self.solver;
-        let refresh = unlocked(py, || {
-            solver
-                .refresh(&entries.symmetric()?)
-                .map_err(spectral_error)
-        })??;
+        let graph = unlocked(py, || entries.symmetric())??;
+        // After an interruption the solver is as it was before. A copy has no scratch memory, which the one that works keeps.
+        let before = self.solver.clone();
+        let mut solver = std::mem::replace(&mut self.solver, before);
+        let (solver, refresh) = interruptible(py, move || {
+            let refresh = solver.refresh(&graph);
+            (solver, refresh)
+        })?;
+        self.solver = solver;
+        let refresh = refresh.map_err(spectral_error)?;
         self.nodes = nodes;
         let facts = facts(py, &refresh)?;
         Ok((arrays::vector(py, refresh.eigenvalues), facts))
@@ -133,9 +137,9 @@ pub fn track<'py>(
         certify,
     };
     let entries = Entries::new(&offsets, &columns, &weights, nodes)?;
-    let tracked = unlocked(py, || {
-        spectral::track(&entries.symmetric()?, &params, |_| ()).map_err(spectral_error)
-    })??;
+    let graph = unlocked(py, || entries.symmetric())??;
+    let tracked = interruptible(py, move || spectral::track(&graph, &params, |_| ()))?;
+    let tracked = tracked.map_err(spectral_error)?;
     let record = serde_json::to_string(&tracked.statistics)
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let vectors = with_fixed_signs(tracked.eigenpairs.vectors.as_ref());

@@ -6,6 +6,7 @@ import copy
 import multiprocessing
 import pickle
 import struct
+import sys
 
 import networkx as nx
 import numpy as np
@@ -243,3 +244,9 @@ def test_a_name_of_two_states_is_found_out_and_slips_are_not(rng):
     confused = Engine(1, 1.0)
     assert walk(confused, lambda room: (room + 1) % 6) == (confused.node_of(b"hall"), 0)
     assert walk(Engine(1, 1.0), lambda room: int(rng.integers(6))) is None
+
+
+def test_pytorch_geometric_is_asked_for_by_name(monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(ImportError, match=r"Engine.to_pyg needs torch: pip install eigentrail\[pyg\]"):
+        Engine(2, 0.9).to_pyg()

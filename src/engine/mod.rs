@@ -13,6 +13,7 @@
 //! engine that was written down in the middle of an episode and read back goes on as if nothing had happened.
 
 mod error;
+pub mod events;
 mod goal_statistics;
 mod params;
 mod pipeline;
@@ -36,7 +37,6 @@ use crate::env::{Environment, StepStatus};
 use crate::graph::StateId;
 use serde::{Deserialize, Serialize};
 use std::hash::Hash;
-use tracing::{debug, info, warn};
 
 /// One environment, one pipeline, one agent.
 ///
@@ -214,11 +214,8 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         }
         if seen.first_goal {
             self.first_goal_step.get_or_insert(self.step);
-            info!(name: "first_goal", step = self.step, nodes = self.pipeline.transitions().num_states(), "first_goal");
         }
-        if seen.lost_goal {
-            info!(name: "goal_lost", step = self.step, "goal_lost");
-        }
+        events::observed(seen, self.step, self.pipeline.transitions().num_states());
     }
 
     /// Environment steps taken so far.
@@ -261,19 +258,11 @@ impl<E: Environment, A: Agent> Engine<E, A> {
 
     /// Logs a refresh and hands new features and a new φ to the agent.
     fn take_up(&mut self, refresh: &RefreshRecord) {
-        debug!(name: "graph_growth", step = refresh.step, nodes = refresh.nodes, edges = refresh.edges, "graph_growth");
-        if let Some(spectrum) = &refresh.spectrum {
-            log_spectrum(refresh, spectrum);
-        }
+        events::refreshed(refresh);
         if refresh.has_features()
             && let Some(features) = self.pipeline.agent_features()
         {
             self.agent.set_features(features);
-        }
-        if let Some(fit) = &refresh.fit {
-            let loss = fit.fit.as_ref().map(|statistics| statistics.loss);
-            let epochs = fit.fit.as_ref().map(|statistics| statistics.epochs);
-            debug!(name: "gcn_fit", step = refresh.step, nodes = refresh.nodes, loss, epochs, elapsed_ms = refresh.fit_seconds * 1e3, "gcn_fit");
         }
     }
 
@@ -299,28 +288,5 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         record.edges = graph.adjacency().num_edges();
         self.episode += 1;
         record
-    }
-}
-
-fn log_spectrum(refresh: &RefreshRecord, spectrum: &crate::spectral::SpectrumRefresh) {
-    let convergence = &spectrum.convergence;
-    debug!(
-        name: "spectrum_refresh",
-        step = refresh.step,
-        nodes = refresh.nodes,
-        edges = refresh.edges,
-        converged = convergence.converged,
-        applications = convergence.applications,
-        max_relative_residual = convergence.max_relative_residual,
-        elapsed_ms = refresh.spectrum_seconds * 1e3,
-        "spectrum_refresh"
-    );
-    if convergence.converged < spectrum.eigenvalues.len() {
-        warn!(
-            step = refresh.step,
-            nodes = refresh.nodes,
-            converged = convergence.converged,
-            "some eigenpairs did not converge; the best found are used: raise spectral.tol or lower spectral.num_eigenpairs"
-        );
     }
 }

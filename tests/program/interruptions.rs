@@ -153,6 +153,8 @@ mod signals {
             assert_eq!(place.json("o/run.json")["status"], "interrupted");
             let line: Value = serde_json::from_slice(&output.stdout).unwrap();
             assert_eq!(line["episodes"], episodes);
+            let checkpoint = place.prints_json(&["inspect", "o/seed-0000/checkpoint", "--json"]);
+            assert_eq!(checkpoint["episodes"], episodes);
             place.is_tidy();
         }
     }
@@ -225,6 +227,10 @@ mod signals {
     #[test]
     fn a_run_resumes_to_the_same_bytes_wherever_it_ended() {
         let place = Place::new();
+        place.file(
+            "quick.toml",
+            &format!("{QUICK}checkpoint_every_steps = 40\n"),
+        );
         place.ends_with("run quick.toml --out whole", 0);
         let whole = results(&place.path("whole"));
         assert!(whole.len() >= 10, "{:?}", whole.keys());

@@ -314,3 +314,31 @@ fn every_command_with_json_is_on_the_page() {
     }
     assert_eq!(found.len(), PAGE.matches(" --json`\n").count(), "{found:?}");
 }
+
+#[test]
+fn inspect() {
+    let program = Program::new();
+    let checkpoint = eigentrail::archive::Checkpoint {
+        program: "eigentrail 0.1.0".to_owned(),
+        scenario: "name = \"x\"\n".to_owned(),
+        seed: 7,
+        steps: 1000,
+        episodes: 3,
+        states: 12,
+        run: vec![1; 100],
+        observers: BTreeMap::new(),
+    };
+    checkpoint.write(program.folder()).unwrap();
+    let printed = document(&program, &["inspect", "checkpoint", "--json"]);
+    assert_eq!(
+        (&printed["seed"], &printed["scenario"]),
+        (&json!(7), &json!("x"))
+    );
+    holds("inspect", &[printed]);
+    let text = program.prints(&["inspect", "checkpoint"]);
+    assert!(text.contains("whole") && text.contains("1 000"), "{text}");
+    let bytes = std::fs::read(program.path("checkpoint")).unwrap();
+    std::fs::write(program.path("torn"), &bytes[..60]).unwrap();
+    program.refuses(&["inspect", "torn"], 3, &["torn: it is cut off"]);
+    program.refuses(&["inspect", "none"], 3, &["none: "]);
+}

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _eigentrail
+from . import _eigentrail, files
 
 if TYPE_CHECKING:
     import networkx
     import scipy.sparse
+    import torch_geometric.data
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -251,6 +250,30 @@ class Engine:
             graph.add_edge(source, target, action=action, count=count, reward=reward, terminal=terminal)
         return graph
 
+    def to_pyg(self) -> torch_geometric.data.Data:
+        """The transitions as a PyTorch Geometric graph. Each transition is an edge with ``action``, ``count``, ``reward`` and
+        ``terminal``; nodes have ``phi`` and ``x``, the eigenvectors as of the last refresh, 0 for states found since."""
+        try:
+            import torch
+            import torch_geometric.data
+        except ModuleNotFoundError as error:
+            if error.name not in ("torch", "torch_geometric"):
+                raise
+            raise ImportError(f"Engine.to_pyg needs {error.name}: pip install eigentrail[pyg]") from error
+
+        graph, vectors = self.graph(), self.eigenvectors()
+        features = np.zeros((self.num_nodes, vectors.shape[1]))
+        features[: len(vectors)] = vectors
+        columns = graph._asdict()
+        edges = np.stack([columns.pop("source"), columns.pop("target")])
+        return torch_geometric.data.Data(
+            x=torch.from_numpy(features).float(),
+            edge_index=torch.from_numpy(edges),
+            phi=torch.from_numpy(self.potential().copy()),
+            num_nodes=self.num_nodes,
+            **{name: torch.from_numpy(column.copy()) for name, column in columns.items()},
+        )
+
     def to_bytes(self) -> bytes:
         """All of it, walkers in the middle of their episodes included; see :meth:`from_bytes`."""
         return self._core.to_bytes()
@@ -265,25 +288,12 @@ class Engine:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the engine to a file, which is there in full or as it was before."""
-        path = Path(path)
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(self.to_bytes())
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        files.write(path, self.to_bytes())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Engine:
         """The engine in a file."""
-        try:
-            return cls.from_bytes(Path(path).read_bytes())
-        except ValueError as error:
-            raise ValueError(f"{os.fspath(path)}: {error}") from error
+        return files.read(path, cls.from_bytes)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (type(self).from_bytes, (self.to_bytes(),))

@@ -9,10 +9,11 @@ import gymnasium as gym
 
 from .engine import Engine
 from .keys import KeyLike, Namer
+from .saving import Saved
 from .worlds import Worlds, require_choice, require_discrete
 
 
-class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
+class Shaped(Saved, gym.Wrapper, gym.utils.RecordConstructorArgs):
     """An environment whose reward is shaped by what was discovered so far: R′ = R + γ φ(s′) − φ(s).
 
     - ``key``: how states are named. ``"obs"``, the observation; ``"minigrid"``, all that changes in a MiniGrid world;
@@ -60,16 +61,16 @@ class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
         max_layouts: int = 64,
         **params: dict[str, Any],
     ) -> None:
-        gym.utils.RecordConstructorArgs.__init__(
-            self,
-            key=key,
-            gamma=gamma,
-            reward=reward,
-            monitor=monitor,
-            seed=seed,
-            max_layouts=max_layouts,
+        self._settings = {
+            "key": key,
+            "gamma": gamma,
+            "reward": reward,
+            "monitor": monitor,
+            "seed": seed,
+            "max_layouts": max_layouts,
             **params,
-        )
+        }
+        gym.utils.RecordConstructorArgs.__init__(self, **self._settings)
         gym.Wrapper.__init__(self, _monitored(env, monitor))
         require_choice("reward", reward, ("shaped", "raw"))
         num_actions, self._first_action = require_discrete(env.action_space)
@@ -77,12 +78,12 @@ class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self._returns_shaped = reward == "shaped"
         self._namer = Namer(key)
         self._worlds = Worlds(num_actions, gamma, seed, 1, max_layouts, params)
-        self._engine = self._worlds.first
+        self._engine: Engine | None = None
 
     @property
     def engine(self) -> Engine:
         """The engine of the present layout."""
-        return self._engine
+        return self._engine or self._worlds.first
 
     @property
     def engines(self) -> list[Engine]:
@@ -100,14 +101,14 @@ class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begins an episode, in the graph of its layout."""
         observation, info = self.env.reset(seed=seed, options=options)
-        self._engine = self._worlds.of(self._namer.reset(self.env))
-        node = self._engine.begin_episode(self._namer(self.env, observation))
-        return observation, self._told(info, 0.0, 0.0, self._engine.phi(node), node)
+        engine = self._engine = self._worlds.of(self._namer.reset(self.env))
+        node = engine.begin_episode(self._namer(self.env, observation))
+        return observation, self._told(info, 0.0, 0.0, engine.phi(node), node)
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         """Takes a step, and takes it into the graph."""
         observation, reward, terminated, truncated, info = self.env.step(action)
-        engine = self._engine
+        engine = self.engine
         seen = engine.observe(
             int(action) - self._first_action,
             self._namer(self.env, observation),
@@ -126,10 +127,10 @@ class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
             **info,
             "extrinsic_reward": reward,
             "shaping": shaping,
-            "advice": self._engine.advice(),
+            "advice": self.engine.advice(),
             "phi": phi,
             "node": node,
-            "graph_nodes": self._engine.num_nodes,
+            "graph_nodes": self.engine.num_nodes,
         }
 
 

@@ -64,6 +64,19 @@ class Worlds:
         return self.engines[layout]
 
 
+    def take_up(self, engines: list[tuple[bytes | None, bytes]]) -> None:
+        """Goes on with engines that were saved."""
+        walkers = self._made_of[3]
+        for layout, saved in engines:
+            engine = Engine.from_bytes(saved)
+            if engine.num_walkers != walkers:
+                raise ValueError(f"saved with {engine.num_walkers} environments, not {walkers}")
+            if engine.num_actions != self._made_of[0]:
+                raise ValueError(f"saved with {engine.num_actions} actions, not {self._made_of[0]}")
+            self.engines[layout] = engine
+            self._unused = None
+
+
 class Watch:
     """Warnings, each given once."""
 
