@@ -77,9 +77,10 @@ impl From<RunnerError> for Error {
             RunnerError::Pipeline(error) => error.into(),
             RunnerError::Spectral(error) => error.into(),
             RunnerError::Shaping(error) => error.into(),
-            RunnerError::UnknownArm { .. } | RunnerError::TooMuchMemory { .. } => {
-                Error::Runner(error)
-            }
+            RunnerError::UnknownArm { .. }
+            | RunnerError::Grid(_)
+            | RunnerError::StrangeShard { .. }
+            | RunnerError::TooMuchMemory { .. } => Error::Runner(error),
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
 use crate::parameter::ParameterError;
-use crate::scenario::{Choices, ScenarioError};
+use crate::scenario::{Choices, GridError, ScenarioError};
 use crate::shaping::ShapingError;
 use crate::spectral::SpectralError;
 
@@ -18,6 +18,17 @@ pub enum RunnerError {
         name: String,
         /// The arms there are.
         right: Box<Choices>,
+    },
+    /// A grid that is none.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A shard that was computed elsewhere is not one of this sweep.
+    #[error(
+        "a shard of another sweep, or from another version of the program: it has no point {hash}"
+    )]
+    StrangeShard {
+        /// The hash of its trials.
+        hash: String,
     },
     /// It cannot fit.
     #[error(

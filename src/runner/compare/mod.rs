@@ -15,8 +15,8 @@
 //! A trial that has ended is never run again in the same folder, as long as its arm's resolved scenario is the same:
 //! each file carries a hash of it. So an interrupted comparison goes on where it was, and arms and seeds can be added.
 
-mod summarise;
-mod trials;
+pub(super) mod summarise;
+pub(super) mod trials;
 mod tuning;
 
 use super::build::warn_of_file;
@@ -27,7 +27,7 @@ use crate::archive::{
     Compared, Comparison, Existing, FolderKind, RunFolder, TrialRecord, TrialsByArm, Tuning,
     begin_comparison, names, write_comparison,
 };
-use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded};
+use crate::scenario::{Arm, BASELINE, Choices, DEFAULT_ARM, Loaded, Scenario};
 use crate::time_stamp;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -129,14 +129,16 @@ pub fn compare(
 fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm, RunnerError> {
     let scenario = &loaded.scenario;
     let laid = scenario.lay_arm(name, &request.path, &loaded.text, &request.sets)?;
-    let unknown = || {
-        let known = scenario.arm_names().map(|(known, _)| known.to_owned());
-        RunnerError::UnknownArm {
-            name: name.to_owned(),
-            right: Box::new(Choices::near(name, known.collect())),
-        }
-    };
-    laid.ok_or_else(unknown)
+    laid.ok_or_else(|| unknown_arm(scenario, name))
+}
+
+/// There is no such arm.
+pub(super) fn unknown_arm(scenario: &Scenario, name: &str) -> RunnerError {
+    let known = scenario.arm_names().map(|(known, _)| known.to_owned());
+    RunnerError::UnknownArm {
+        name: name.to_owned(),
+        right: Box::new(Choices::near(name, known.collect())),
+    }
 }
 
 /// The arm that the others are shown against: the default one, or the first.
@@ -229,7 +231,6 @@ impl Field<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Scenario;
 
     #[test]
     fn an_unknown_arm_is_corrected_by_all_there_are() {

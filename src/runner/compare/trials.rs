@@ -80,7 +80,7 @@ impl Field<'_> {
 
 /// Plays every episode of a trial; none if `stop` was set before the last one ended. Snapshots, graph and policy are
 /// written into the folder `keep`, if there is one.
-fn record(
+pub fn record(
     trial: &mut dyn Trial,
     hash: &str,
     keep: Option<&Path>,
