@@ -86,7 +86,7 @@ fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
         path: PathBuf::from(path),
         sets: args.sets.clone(),
         seeds: args.seeds.0.clone(),
-        arms: without_duplicates(&args.arms),
+        arms: super::without_duplicates(&args.arms),
         tuned: args.tuned,
         out: args.out.clone(),
         existing: existing(args),
@@ -124,14 +124,7 @@ fn show_all(args: &cli::Compare, comparisons: &[Comparison]) {
 }
 
 fn style(args: &cli::Compare) -> TableStyle {
-    if args.markdown {
-        TableStyle::Markdown
-    } else {
-        let width = super::terminal_width().unwrap_or(80);
-        TableStyle::Terminal {
-            width: if args.wide { usize::MAX } else { width },
-        }
-    }
+    super::table_style(args.markdown, args.wide)
 }
 
 fn existing(args: &cli::Compare) -> Existing {
@@ -142,14 +135,4 @@ fn existing(args: &cli::Compare) -> Existing {
     } else {
         Existing::Refuse
     }
-}
-
-fn without_duplicates(names: &[String]) -> Vec<String> {
-    let mut unique: Vec<String> = Vec::new();
-    for name in names.iter().map(|name| name.trim()) {
-        if !unique.iter().any(|known| known == name) {
-            unique.push(name.to_owned());
-        }
-    }
-    unique
 }

@@ -14,14 +14,16 @@ mod run;
 mod runs_for_figures;
 mod show;
 mod show_json;
+mod sweep;
 mod threads;
 mod track;
 
 use crate::cli::{Cli, ColorChoice, Command, Global, LogFormat};
 use anyhow::{Context, Result};
 use eigentrail::archive::files;
-use eigentrail::report::{Ink, is_ours};
+use eigentrail::report::{Ink, TableStyle, is_ours};
 use eigentrail::telemetry::{self, Telemetry, say};
+use indexmap::IndexSet;
 use std::fs::File;
 use std::io::{self, IsTerminal, Read};
 use std::path::Path;
@@ -60,6 +62,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
     let ended = match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
+        Command::Sweep(args) => sweep::sweep(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
         Command::Show(args) => show::show(args, &cli.global),
         Command::Track(args) => {
@@ -143,6 +146,26 @@ fn stdout_ink(global: &Global) -> Ink {
 fn terminal_width() -> Option<usize> {
     let (terminal_size::Width(width), _) = terminal_size::terminal_size_of(io::stdout())?;
     Some(usize::from(width))
+}
+
+/// How a table is printed.
+fn table_style(markdown: bool, wide: bool) -> TableStyle {
+    match markdown {
+        true => TableStyle::Markdown,
+        false => TableStyle::Terminal {
+            width: match wide {
+                true => usize::MAX,
+                false => terminal_width().unwrap_or(80),
+            },
+        },
+    }
+}
+
+/// Names as they were typed, each once.
+fn without_duplicates(names: &[String]) -> Vec<String> {
+    let names = names.iter().map(|name| name.trim().to_owned());
+    let unique: IndexSet<String> = names.collect();
+    unique.into_iter().collect()
 }
 
 /// Whether progress may be drawn.

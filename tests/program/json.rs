@@ -128,6 +128,30 @@ fn compare() {
 }
 
 #[test]
+fn sweep() {
+    let program = Program::new();
+    program.file("m.toml", MOVING);
+    let grid = |more: &[&str]| {
+        let few = [
+            "sweep",
+            "m.toml",
+            "--seeds",
+            "0..2",
+            "--grid",
+            "run.episodes=40,50",
+            "--json",
+        ];
+        document(&program, &[&few[..], more].concat())
+    };
+    let plain = grid(&["--out", "plain"]);
+    assert!(plain["points"][0].get("arm").is_none());
+    holds(
+        "sweep",
+        &[plain, grid(&["--arms", "gcn,sparse", "--out", "arms"])],
+    );
+}
+
+#[test]
 fn check() {
     let program = Program::new();
     program.file("s.toml", STILL);
