@@ -16,13 +16,20 @@ static OWN_POOL: Mutex<Option<Arc<ThreadPool>>> = Mutex::new(None);
 
 /// Runs `work` without the interpreter's lock. A panic, which would be a bug, becomes a `RuntimeError`.
 pub fn unlocked<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let result = py.detach(|| {
-        catch_unwind(AssertUnwindSafe(|| match FORKED.load(Ordering::Relaxed) {
-            true => in_own_pool(work),
-            false => work(),
-        }))
-    });
-    result.map_err(|panic| PyRuntimeError::new_err(format!("bug in eigentrail: {}", text(&*panic))))
+    py.detach(|| guarded(work)).map_err(bug)
+}
+
+/// Runs `work`, with threads that are there, and returns its panic instead of passing it on.
+pub fn guarded<T: Send>(work: impl FnOnce() -> T + Send) -> std::thread::Result<T> {
+    catch_unwind(AssertUnwindSafe(|| match FORKED.load(Ordering::Relaxed) {
+        true => in_own_pool(work),
+        false => work(),
+    }))
+}
+
+/// A panic as a `RuntimeError`.
+pub fn bug(panic: Box<dyn Any + Send>) -> PyErr {
+    PyRuntimeError::new_err(format!("bug in eigentrail: {}", text(&*panic)))
 }
 
 /// Rayon's global pool is that of the parent process: nobody would ever answer from there.

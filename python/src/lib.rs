@@ -10,11 +10,14 @@ mod calls;
 mod container;
 mod engine;
 mod errors;
+mod experiments;
 mod learner;
 mod mdp;
 mod parameters;
 mod seen;
+mod shards;
 mod tracker;
+mod watched;
 
 use pyo3::prelude::*;
 
@@ -25,9 +28,13 @@ mod _eigentrail {
     #[pymodule_export]
     use crate::engine::Engine;
     #[pymodule_export]
+    use crate::experiments::{compare, run, sweep};
+    #[pymodule_export]
     use crate::learner::Learner;
     #[pymodule_export]
     use crate::mdp::solve;
+    #[pymodule_export]
+    use crate::shards::{SweepFolder, run_shard};
     #[pymodule_export]
     use crate::tracker::{EigenTracker, track};
 }

@@ -330,7 +330,9 @@ mod tests {
     fn points_that_are_the_same_one_are_run_once() {
         let (plan, folder) = plan(&["agent.gamma=1,1.0"], &[3]);
         let counted = std::sync::atomic::AtomicUsize::new(0);
-        let count = |_: &TrialRecord| drop(counted.fetch_add(1, Ordering::Relaxed));
+        let count = |_: &TrialRecord| {
+            counted.fetch_add(1, Ordering::Relaxed);
+        };
         let watch = SweepWatch {
             on_trial: &count,
             ..quiet()
