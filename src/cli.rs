@@ -5,7 +5,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
-use eigentrail::scenario::EnvKind;
+use eigentrail::scenario::{Axis, EnvKind, GridError};
 use indexmap::IndexSet;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -94,6 +94,8 @@ pub enum Command {
     Run(Run),
     /// Compare learners and potentials over the same seeds, with statistics
     Compare(Compare),
+    /// Run every combination of a few values of a few keys over the same seeds; the same command goes on after an interruption
+    Sweep(Sweep),
     /// Check a scenario without running it and print what it amounts to
     Check(Check),
     /// Draw a scenario's map, or the potential and the policy that a run has learnt on it
@@ -216,6 +218,43 @@ pub struct Compare {
     #[arg(long, conflicts_with = "markdown")]
     pub json: bool,
     /// Print the tables as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+    /// Print every column, however wide the terminal is [default: those that fit; 80 characters where there is none]
+    #[arg(long, conflicts_with_all = ["json", "markdown"])]
+    pub wide: bool,
+}
+
+/// `eigentrail sweep`
+#[derive(Args, Debug)]
+pub struct Sweep {
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// A key and its values, for example --grid agent.gamma=0.9,0.99; can be repeated. Commas within quotes, [ ] and { } are part of
+    /// a value; what each may be is as with --set
+    #[arg(long = "grid", value_name = "KEY=V1,V2,...", value_parser = axis, add = ArgValueCompleter::new(completions::axes))]
+    pub grid: Vec<Axis>,
+    /// Arms to lay over every point, separated by commas (see `list`) [default: the scenario as it stands]
+    #[arg(
+        long,
+        value_name = "ARMS",
+        value_delimiter = ',',
+        add = ArgValueCandidates::new(completions::arms)
+    )]
+    pub arms: Vec<String>,
+    /// Master seeds: a range a..b without its end, single seeds, or both, separated by commas
+    #[arg(long, value_name = "SEEDS", default_value = "0..20", value_parser = seeds)]
+    pub seeds: Seeds,
+    /// Folder; what is finished there is not run again [default: runs/NAME/sweep-HASH, the hash of all points]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Remove what a sweep has left in the folder, and begin anew
+    #[arg(long)]
+    pub force: bool,
+    /// Print the numbers as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+    /// Print the table as Markdown
     #[arg(long)]
     pub markdown: bool,
     /// Print every column, however wide the terminal is [default: those that fit; 80 characters where there is none]
@@ -540,6 +579,11 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(x) if x > 0.0 && f64::is_finite(x) => Ok(x),
         _ => Err("expected a number above 0".to_owned()),
     }
+}
+
+/// `section.key=value,value`
+fn axis(text: &str) -> Result<Axis, String> {
+    text.parse().map_err(|error: GridError| error.to_string())
 }
 
 /// `section.key=value`, to be understood by the scenario.

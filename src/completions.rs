@@ -7,7 +7,7 @@ use crate::cli::Cli;
 use clap::CommandFactory;
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
 use clap_complete::env::{CompleteEnv, Shells};
-use eigentrail::scenario::{BUILT_IN_ARMS, shipped};
+use eigentrail::scenario::{BUILT_IN_ARMS, Scenario, shipped};
 use std::ffi::OsStr;
 use std::io;
 
@@ -47,6 +47,15 @@ pub fn scenarios(typed: &OsStr) -> Vec<CompletionCandidate> {
 pub fn arms() -> Vec<CompletionCandidate> {
     let arms = BUILT_IN_ARMS.iter();
     arms.map(|arm| candidate(arm.name, arm.about)).collect()
+}
+
+/// Keys of a scenario, to be followed by values.
+pub fn axes(typed: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = typed.to_string_lossy();
+    let keys = Scenario::default().settings().into_keys();
+    let keys = keys.filter(|key| key.contains('.') && key.starts_with(&*typed));
+    keys.map(|key| CompletionCandidate::new(format!("{key}=")))
+        .collect()
 }
 
 fn candidate(name: &str, about: &'static str) -> CompletionCandidate {

@@ -77,7 +77,10 @@ impl From<RunnerError> for Error {
             RunnerError::Pipeline(error) => error.into(),
             RunnerError::Spectral(error) => error.into(),
             RunnerError::Shaping(error) => error.into(),
-            RunnerError::UnknownArms(_) | RunnerError::TooMuchMemory { .. } => Error::Runner(error),
+            RunnerError::UnknownArms(_)
+            | RunnerError::Grid(_)
+            | RunnerError::StrangeShard { .. }
+            | RunnerError::TooMuchMemory { .. } => Error::Runner(error),
         }
     }
 }

@@ -23,7 +23,7 @@ static OWN_POOL: Mutex<Option<Arc<ThreadPool>>> = Mutex::new(None);
 
 /// Runs `work` without the interpreter's lock. A panic, which would be a bug, becomes a `RuntimeError`.
 pub fn unlocked<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let result = py.detach(|| caught(work)).map_err(bug);
+    let result = py.detach(|| guarded(work)).map_err(bug);
     match log::raised() {
         Some(signal) => Err(signal),
         None => result,
@@ -38,7 +38,7 @@ pub fn interruptible<T: Send + 'static>(
 ) -> PyResult<T> {
     let (sender, mut receiver) = mpsc::channel();
     // Nobody receives after a signal.
-    let run = move || drop(sender.send(caught(work)));
+    let run = move || drop(sender.send(guarded(work)));
     let spawned = thread::Builder::new().name("eigentrail".into()).spawn(run);
     spawned
         .map_err(|error| PyRuntimeError::new_err(format!("no thread could be started: {error}")))?;
@@ -59,14 +59,16 @@ fn waited<T>(receiver: Receiver<T>) -> (Result<T, RecvTimeoutError>, Receiver<T>
     (receiver.recv_timeout(PATIENCE), receiver)
 }
 
-fn caught<T: Send>(work: impl FnOnce() -> T + Send) -> thread::Result<T> {
+/// Runs `work`, with threads that are there, and returns its panic instead of passing it on.
+pub fn guarded<T: Send>(work: impl FnOnce() -> T + Send) -> std::thread::Result<T> {
     catch_unwind(AssertUnwindSafe(|| match FORKED.load(Ordering::Relaxed) {
         true => in_own_pool(work),
         false => work(),
     }))
 }
 
-fn bug(panic: Box<dyn Any + Send>) -> PyErr {
+/// A panic as a `RuntimeError`.
+pub fn bug(panic: Box<dyn Any + Send>) -> PyErr {
     PyRuntimeError::new_err(format!("bug in eigentrail: {}", text(&*panic)))
 }
 

@@ -10,12 +10,15 @@ mod calls;
 mod container;
 mod engine;
 mod errors;
+mod experiments;
 mod learner;
 mod log;
 mod mdp;
 mod parameters;
 mod seen;
+mod shards;
 mod tracker;
+mod watched;
 mod worlds;
 
 use pyo3::prelude::*;
@@ -27,9 +30,13 @@ mod _eigentrail {
     #[pymodule_export]
     use crate::engine::Engine;
     #[pymodule_export]
+    use crate::experiments::{compare, run, sweep};
+    #[pymodule_export]
     use crate::learner::Learner;
     #[pymodule_export]
     use crate::mdp::solve;
+    #[pymodule_export]
+    use crate::shards::{SweepFolder, run_shard};
     #[pymodule_export]
     use crate::tracker::{EigenTracker, track};
     #[pymodule_export]

@@ -2,6 +2,7 @@
 
 use super::folder_kind::FolderKind;
 use super::names::{self, seed_folder_name};
+use super::shard::is_shard;
 use super::temporary::is_temporary;
 use std::fs;
 use std::io;
@@ -16,6 +17,10 @@ enum Level {
     Arms,
     Arm,
     Seed,
+    Sweep,
+    /// `points` in a sweep.
+    Points,
+    Point,
 }
 
 impl Level {
@@ -31,7 +36,15 @@ impl Level {
                 names::PAGE,
             ]
             .contains(&name),
-            Level::Arms => false,
+            Level::Sweep => [
+                names::SUMMARY,
+                names::SWEEP_TRIALS,
+                names::SWEEP_ERRORS,
+                names::TIMINGS,
+            ]
+            .contains(&name),
+            Level::Arms | Level::Points => false,
+            Level::Point => name == names::RESOLVED || is_shard(name),
             Level::Arm => {
                 name == names::RESOLVED || name.strip_suffix(".json").is_some_and(is_seed)
             }
@@ -47,6 +60,8 @@ impl Level {
                 Some(Level::Arms)
             }
             Level::Arms => Some(Level::Arm),
+            Level::Sweep if name == names::POINTS_FOLDER => Some(Level::Points),
+            Level::Points => Some(Level::Point),
             _ => None,
         }
     }
@@ -63,7 +78,7 @@ fn is_seed(name: &str) -> bool {
 pub(super) enum Extent {
     /// Temporary files that a kill has left.
     Leftovers,
-    /// Everything that a run or a comparison writes.
+    /// Everything that a run, a comparison or a sweep writes.
     Everything,
 }
 
@@ -72,6 +87,7 @@ pub(super) fn clear(folder: &Path, kind: FolderKind, extent: Extent) -> io::Resu
     let level = match kind {
         FolderKind::Run => Level::Run,
         FolderKind::Comparison => Level::Comparison,
+        FolderKind::Sweep => Level::Sweep,
     };
     clear_level(folder, level, extent)
 }
@@ -197,6 +213,25 @@ mod tests {
         clear(path, FolderKind::Comparison, Extent::Everything).unwrap();
         assert_eq!(files(path), theirs);
         assert!(!path.join("tuning").exists());
+    }
+
+    #[test]
+    fn sweeps_have_points() {
+        let theirs = ["compare.json", "points/9a/plot.py"];
+        let ours = [
+            "summary.json",
+            "sweep.csv",
+            "errors.json",
+            "timings.csv",
+            "points/9a/resolved.toml",
+            "points/9a/seed-0001.json",
+            "points/7b/seeds-0002-0003.json",
+        ];
+        let folder = folder_with(&[&theirs[..], &ours[..]].concat());
+        let path = folder.path();
+        clear(path, FolderKind::Sweep, Extent::Everything).unwrap();
+        assert_eq!(files(path), theirs);
+        assert!(!path.join("points/7b").exists());
     }
 
     #[cfg(unix)]

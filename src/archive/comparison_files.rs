@@ -1,9 +1,10 @@
 //! Files of a comparison: what was compared, the numbers, and a row for each trial.
 
-use super::comparison::{Comparison, TrialResult, TrialTiming};
+use super::comparison::{Comparison, TrialResult};
 use super::error::ArchiveError;
 use super::files::{write_csv, write_json, write_text};
 use super::names;
+use super::result_columns::ResultColumns;
 use super::trial_record::TrialRecord;
 use crate::scenario::BASELINE;
 use serde::{Deserialize, Serialize};
@@ -78,15 +79,16 @@ pub fn write_comparison(
     let path = folder.join(names::TRIALS);
     write_csv(&path, rows).map_err(ArchiveError::write(&path))?;
     let times = trials.iter().flat_map(|(arm, trials)| {
-        trials
-            .iter()
-            .map(|trial| TimingRow::new(arm, trial.result.seed, &trial.timing))
+        trials.iter().map(|trial| {
+            let seed = trial.result.seed;
+            (TimingRow { arm, seed }, trial.timing)
+        })
     });
     let path = folder.join(names::TIMINGS);
     write_csv(&path, times).map_err(ArchiveError::write(&path))
 }
 
-/// Row of `compare.csv`.
+/// Row of `compare.csv`, before what came of the trial.
 #[derive(Serialize)]
 struct Row<'a> {
     arm: &'a str,
@@ -95,83 +97,25 @@ struct Row<'a> {
     steps: u64,
     regret: f64,
     ratio_to_sparse: Option<f64>,
-    optimal_steps: f64,
-    final_mean_steps: f64,
-    optimal_return: f64,
-    final_return: f64,
-    final_ratio: f64,
-    greedy_return: Option<f64>,
-    greedy_return_unadvised: Option<f64>,
-    failed: Option<bool>,
-    failed_unadvised: Option<bool>,
-    first_goal_step: Option<u64>,
-    episodes_to_1_5x: Option<u64>,
-    steps_to_1_5x: Option<u64>,
-    episodes_to_1_1x: Option<u64>,
-    steps_to_1_1x: Option<u64>,
-    nodes: usize,
-    edges: usize,
-    spectrum_refreshes: usize,
-    gcn_fits: usize,
-    gcn_epochs: usize,
-    spurious_maxima: Option<usize>,
 }
 
 impl<'a> Row<'a> {
-    fn new(arm: &'a str, result: &TrialResult, sparse: &TrialResult) -> Self {
-        Self {
+    fn new(arm: &'a str, result: &TrialResult, sparse: &TrialResult) -> (Self, ResultColumns) {
+        let head = Self {
             arm,
             seed: result.seed,
             episodes: result.episodes,
             steps: result.steps,
             regret: result.regret,
             ratio_to_sparse: result.regret_ratio(sparse),
-            optimal_steps: result.optimal_steps,
-            final_mean_steps: result.final_mean_steps,
-            optimal_return: result.optimal_return,
-            final_return: result.final_return,
-            final_ratio: result.final_ratio,
-            greedy_return: result.greedy_return,
-            greedy_return_unadvised: result.greedy_return_unadvised,
-            failed: result.failed,
-            failed_unadvised: result.failed_unadvised,
-            first_goal_step: result.first_goal_step,
-            episodes_to_1_5x: result.within_1_5x.map(|a| a.episodes),
-            steps_to_1_5x: result.within_1_5x.map(|a| a.steps),
-            episodes_to_1_1x: result.within_1_1x.map(|a| a.episodes),
-            steps_to_1_1x: result.within_1_1x.map(|a| a.steps),
-            nodes: result.nodes,
-            edges: result.edges,
-            spectrum_refreshes: result.spectrum_refreshes,
-            gcn_fits: result.gcn_fits,
-            gcn_epochs: result.gcn_epochs,
-            spurious_maxima: result.spurious_maxima,
-        }
+        };
+        (head, result.into())
     }
 }
 
-/// Row of `timings.csv`.
+/// Row of `timings.csv`, before what the clock said.
 #[derive(Serialize)]
 struct TimingRow<'a> {
     arm: &'a str,
     seed: u64,
-    wall_seconds: f64,
-    spectrum_seconds: f64,
-    fit_seconds: f64,
-    rest_seconds: f64,
-    steps_per_second: f64,
-}
-
-impl<'a> TimingRow<'a> {
-    fn new(arm: &'a str, seed: u64, timing: &TrialTiming) -> Self {
-        Self {
-            arm,
-            seed,
-            wall_seconds: timing.wall_seconds,
-            spectrum_seconds: timing.spectrum_seconds,
-            fit_seconds: timing.fit_seconds,
-            rest_seconds: timing.rest_seconds,
-            steps_per_second: timing.steps_per_second,
-        }
-    }
 }

@@ -49,35 +49,34 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, String
 
 fn payload(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
     let Some((header, payload)) = bytes.split_at_checked(HEADER) else {
-        return Err(format!(
-            "it is cut off: {} bytes are no header",
-            bytes.len()
-        ));
+        return Err("not a file of eigentrail: too short for its header".to_owned());
     };
+    if &header[..8] != MAGIC {
+        return Err("not a file of eigentrail: it does not begin with EIGTRAIL".to_owned());
+    }
+    if &header[8..12] != kind.letters {
+        let (found, wanted) = (&header[8..12], kind.letters.as_slice());
+        let [found, wanted] = [found, wanted].map(String::from_utf8_lossy);
+        return Err(format!("holds an object of kind {found}, not {wanted}"));
+    }
     let number = |at: usize| u32::from_le_bytes(header[at..at + 4].try_into().expect("4 bytes"));
     let length = u64::from_le_bytes(header[20..].try_into().expect("8 bytes"));
     let (version, checksum) = (number(12), number(16));
-    if &header[..8] != MAGIC || &header[8..12] != kind.letters {
-        let letters = String::from_utf8_lossy(kind.letters);
-        return Err(format!(
-            "it is nothing that eigentrail has written as {letters}"
-        ));
-    }
     if version != kind.version {
         return Err(format!(
-            "it has version {version} of its format, and this program reads version {}",
+            "written in version {version} of the format; this eigentrail reads version {}",
             kind.version
         ));
     }
     if payload.len() as u64 != length {
+        let there = payload.len();
         return Err(format!(
-            "it is cut off or grown: {} bytes where the header says {length}",
-            payload.len()
+            "cut off or added to: {there} bytes of payload instead of {length}"
         ));
     }
     match crc32c::crc32c(payload) == checksum {
         true => Ok(payload),
-        false => Err("its checksum is wrong: bytes have changed since it was written".to_owned()),
+        false => Err("damaged: the checksum of the payload does not match".to_owned()),
     }
 }
 
@@ -100,9 +99,9 @@ mod tests {
             letters: b"ELSE",
             version: 3,
         };
-        assert!(read(other).unwrap_err().contains("as ELSE"));
+        assert!(read(other).unwrap_err().contains("of kind TEST, not ELSE"));
         let newer = Kind { version: 4, ..KIND };
-        let said = "version 3 of its format, and this program reads version 4";
+        let said = "version 3 of the format; this eigentrail reads version 4";
         assert!(read(newer).unwrap_err().contains(said));
         assert!(
             unpack::<String>(KIND, &bytes)

@@ -28,7 +28,7 @@ pub enum ArchiveError {
     },
     /// Another program writes there at this moment.
     #[error(
-        "{path}: another run is writing to this folder; wait for its end (then --resume goes on in it), or name another with --out",
+        "{path}: another run is writing to this folder; wait for its end before you go on in it, or name another with --out",
         path = path.display()
     )]
     FolderInUse {

@@ -1,4 +1,4 @@
-//! Kinds of folders: a run, a comparison, or somebody else's.
+//! Kinds of folders: a run, a comparison, a sweep, or somebody else's.
 
 use super::files::read_json;
 use super::names;
@@ -14,6 +14,8 @@ pub enum FolderKind {
     Run,
     /// Arms × seeds of one scenario, in `runs/NAME/TIME-compare`.
     Comparison,
+    /// Points of a grid × seeds, in `runs/NAME/sweep-HASH`.
+    Sweep,
 }
 
 impl FolderKind {
@@ -22,6 +24,7 @@ impl FolderKind {
         match self {
             FolderKind::Run => names::RUN,
             FolderKind::Comparison => names::ARMS,
+            FolderKind::Sweep => names::SWEEP,
         }
     }
 
@@ -29,6 +32,7 @@ impl FolderKind {
         match self {
             FolderKind::Run => "",
             FolderKind::Comparison => "-compare",
+            FolderKind::Sweep => "-sweep",
         }
     }
 

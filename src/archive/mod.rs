@@ -4,6 +4,7 @@
 //! - [`SeedTables`] and the functions beside it: the files of one seed.
 //! - [`Checkpoint`]: a moment of a seed's run, from which it goes on.
 //! - [`TrialRecord`], [`write_comparison`]: the files of a comparison.
+//! - [`Shard`], [`write_sweep`]: the files of a sweep.
 //! - [`RecordedRun`], [`RecordedComparison`]: folders read back, which every page and figure is made of.
 //! - [`files`]: files that are never half written, of whatever kind.
 //!
@@ -25,11 +26,16 @@ mod lock;
 pub mod names;
 mod recorded;
 mod recorded_comparison;
+mod result_columns;
 mod rows;
 mod run_files;
+mod run_line;
 mod seed_files;
+mod shard;
 mod snapshots;
 mod summary;
+mod sweep;
+mod sweep_files;
 mod temporary;
 mod trial_record;
 
@@ -50,10 +56,16 @@ pub use recorded::{PhaseSeconds, RecordedRun, RecordedSeed, read_runs};
 pub use recorded_comparison::{RecordedArm, RecordedComparison};
 pub use rows::{EpisodeRow, GraphRow, PolicyRow, RefreshRow};
 pub use run_files::{RunInfo, RunStatus};
+pub use run_line::{RunLine, RunLines};
 pub use seed_files::{
     SeedTables, TableLengths, read_labels, read_potential, write_matrix, write_potential,
     write_states,
 };
+pub use shard::{Shard, read_shards};
 pub use snapshots::{Snapshot, read_snapshots, write_snapshots};
 pub use summary::{SeedResult, SeedTiming, Summary, Timing};
-pub use trial_record::{TrialRecord, scenario_hash};
+pub use sweep::{PointSetting, PointSummary, Sweep, Swept, SweptPoint};
+pub use sweep_files::{
+    TrialsByPoint, begin_point, begin_sweep, sweep_rows, unwrite_sweep, write_sweep,
+};
+pub use trial_record::{TrialRecord, content_hash, scenario_hash};

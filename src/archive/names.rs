@@ -11,14 +11,14 @@ pub const PAGE: &str = "report.html";
 
 /// Who ran what when, and how it ended: the mark of a run.
 pub const RUN: &str = "run.json";
-/// Results of a run by seed.
+/// Results of a run by seed, or of a sweep by point.
 pub const SUMMARY: &str = "summary.json";
 
 /// Row for each episode.
 pub const EPISODES: &str = "episodes.csv";
 /// Row for each refresh of the spectrum, of the potential, or of both.
 pub const REFRESHES: &str = "refreshes.csv";
-/// Seconds of a seed's episodes and refreshes, or of a comparison's trials.
+/// Seconds of a seed's episodes and refreshes, or of the trials of a comparison or a sweep.
 pub const TIMINGS: &str = "timings.csv";
 /// Log of a seed.
 pub const EVENTS: &str = "events.jsonl";
@@ -73,6 +73,15 @@ pub const TRIALS: &str = "compare.csv";
 pub const ARMS_FOLDER: &str = "arms";
 /// Folder of the step sizes tried for the sparse arm.
 pub const TUNING_FOLDER: &str = "tuning";
+
+/// What is swept, and who asked for it when: the mark of a sweep.
+pub const SWEEP: &str = "sweep.json";
+/// Row for each trial of a sweep.
+pub const SWEEP_TRIALS: &str = "sweep.csv";
+/// Chunks of a sweep that failed where they were computed by other processes.
+pub const SWEEP_ERRORS: &str = "errors.json";
+/// Folder of a sweep's points.
+pub const POINTS_FOLDER: &str = "points";
 
 /// Folder of a seed, `seed-0007`.
 pub fn seed_folder_name(seed: u64) -> String {

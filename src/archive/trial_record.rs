@@ -3,8 +3,9 @@
 use super::comparison::{LearningCurve, TrialResult, TrialTiming};
 use super::error::ArchiveError;
 use super::files::{read_json, write_json};
+use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Record of one seed of one arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,7 +49,7 @@ impl TrialRecord {
 
     /// Whether its curve has three numbers for each block of episodes, the last of which ends with the last one; else
     /// the field that was cut short.
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
         let curve = &self.curve;
         let blocks = curve.episodes.len();
         for (field, values) in [("length", &curve.length), ("regret", &curve.regret)] {
@@ -73,11 +74,39 @@ impl TrialRecord {
 /// FNV-1a of the program's version and a resolved scenario (Fowler, Noll & Vo), in hexadecimal digits: the same on
 /// every machine and with every compiler.
 pub fn scenario_hash(resolved: &str) -> String {
-    let version = env!("CARGO_PKG_VERSION").bytes();
-    let hash = version
-        .chain(resolved.bytes())
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-    format!("{hash:016x}")
+    format!("{:016x}", fnv1a(versioned(resolved)))
+}
+
+/// The same of a scenario and of what stands in the files that it names, wherever they are: all that a result depends on beside
+/// its seed.
+///
+/// # Errors
+/// If a file cannot be read.
+pub fn content_hash(scenario: &Scenario) -> Result<String, ArchiveError> {
+    let read = |path: &PathBuf| {
+        std::fs::read(path).map_err(|error| ArchiveError::damaged(path, error.to_string()))
+    };
+    let files = [&scenario.env.file, &scenario.shaping.file];
+    let files: Vec<Vec<u8>> = files
+        .into_iter()
+        .flatten()
+        .map(read)
+        .collect::<Result<_, _>>()?;
+    let mut scenario = scenario.clone();
+    (scenario.env.file, scenario.shaping.file) = (None, None);
+    let resolved = scenario.to_toml();
+    let bytes = versioned(&resolved).chain(files.into_iter().flatten());
+    Ok(format!("{:016x}", fnv1a(bytes)))
+}
+
+fn versioned(resolved: &str) -> impl Iterator<Item = u8> + '_ {
+    env!("CARGO_PKG_VERSION").bytes().chain(resolved.bytes())
+}
+
+/// FNV-1a.
+pub(super) fn fnv1a(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    let bytes = bytes.into_iter();
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }

@@ -118,7 +118,9 @@ impl MistakeLine {
             } => (line.line, line.column) = (Some(row), Some(column)),
             Location::File(_) => {}
             Location::Flag(set) => line.set = Some(set),
-            arm @ Location::Arm(..) => line.message = format!("{arm}: {}", line.message),
+            place @ (Location::Arm(..) | Location::Grid(_)) => {
+                line.message = format!("{place}: {}", line.message);
+            }
         }
         line
     }

@@ -91,7 +91,7 @@ fn request(args: &cli::Compare, path: &Path) -> CompareRequest {
         path: PathBuf::from(path),
         sets: args.sets.clone(),
         seeds: args.seeds.0.clone(),
-        arms: without_duplicates(&args.arms),
+        arms: super::without_duplicates(&args.arms),
         tuned: args.tuned,
         out: args.out.clone(),
         existing: existing(args),
@@ -129,11 +129,7 @@ fn show_all(args: &cli::Compare, comparisons: &[Comparison]) {
 }
 
 fn style(args: &cli::Compare) -> TableStyle {
-    match (args.markdown, args.wide) {
-        (true, _) => TableStyle::Markdown,
-        (false, true) => TableStyle::Terminal { width: usize::MAX },
-        (false, false) => super::terminal_style(),
-    }
+    super::table_style(args.markdown, args.wide)
 }
 
 fn existing(args: &cli::Compare) -> Existing {
@@ -144,15 +140,4 @@ fn existing(args: &cli::Compare) -> Existing {
     } else {
         Existing::Refuse
     }
-}
-
-fn without_duplicates(names: &[String]) -> Vec<String> {
-    let mut unique: Vec<String> = Vec::new();
-    let names = names.iter().map(|name| name.trim());
-    for name in names.filter(|name| !name.is_empty()) {
-        if !unique.iter().any(|known| known == name) {
-            unique.push(name.to_owned());
-        }
-    }
-    unique
 }

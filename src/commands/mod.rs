@@ -15,6 +15,7 @@ mod run;
 mod runs_for_figures;
 mod show;
 mod show_json;
+mod sweep;
 mod threads;
 mod track;
 
@@ -23,6 +24,7 @@ use anyhow::{Context, Result};
 use eigentrail::archive::files;
 use eigentrail::report::{Ink, TableStyle, is_ours};
 use eigentrail::telemetry::{self, Telemetry, say};
+use indexmap::IndexSet;
 use std::fs::File;
 use std::io::{self, IsTerminal, Read};
 use std::path::Path;
@@ -61,6 +63,7 @@ pub fn execute(cli: Cli) -> Result<Ending> {
     let ended = match &cli.command {
         Command::Run(args) => run::run(args, &telemetry, bars(&cli.global)),
         Command::Compare(args) => compare::compare(args, &telemetry, bars(&cli.global)),
+        Command::Sweep(args) => sweep::sweep(args, &telemetry, bars(&cli.global)),
         Command::Check(args) => check::check(args),
         Command::Inspect(args) => inspect::inspect(args),
         Command::Show(args) => show::show(args, &cli.global),
@@ -147,11 +150,24 @@ fn terminal_width() -> Option<usize> {
     Some(usize::from(width))
 }
 
-/// The style of tables: what fits the terminal, 80 characters where there is none.
-fn terminal_style() -> TableStyle {
-    TableStyle::Terminal {
-        width: terminal_width().unwrap_or(80),
+/// How a table is printed.
+fn table_style(markdown: bool, wide: bool) -> TableStyle {
+    match markdown {
+        true => TableStyle::Markdown,
+        false => TableStyle::Terminal {
+            width: match wide {
+                true => usize::MAX,
+                false => terminal_width().unwrap_or(80),
+            },
+        },
     }
+}
+
+/// Names as they were typed, each once; an empty one, as behind a last comma, is none.
+fn without_duplicates(names: &[String]) -> Vec<String> {
+    let names = names.iter().map(|name| name.trim());
+    let unique: IndexSet<&str> = names.filter(|name| !name.is_empty()).collect();
+    unique.into_iter().map(str::to_owned).collect()
 }
 
 /// Whether progress may be drawn.

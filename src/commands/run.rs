@@ -7,9 +7,9 @@ use crate::cli;
 use crate::output::{print, print_json};
 use crate::signals;
 use anyhow::Result;
-use eigentrail::archive::{ArchiveError, Existing};
+use eigentrail::archive::{ArchiveError, Existing, RunLine, RunLines};
 use eigentrail::error::Error;
-use eigentrail::report::{RunLine, RunLines, render_run, render_seeds};
+use eigentrail::report::{render_run, render_seeds};
 use eigentrail::runner::{self, Observers, RunOutcome, RunRequest, RunStart, Watch};
 use eigentrail::scenario::Scenario;
 use eigentrail::serve::{LiveView, Server, Title};
@@ -102,7 +102,7 @@ fn show(args: &cli::Run, name: &str, ran: &RunOutcome) {
                 name,
                 results(),
                 folder,
-                super::terminal_style(),
+                super::table_style(false, false),
             )),
         }
         return;

@@ -101,7 +101,7 @@ fn columns(comparison: &Comparison) -> Vec<Column> {
         moments(&arm.steps_to_1_1x)
     });
     add(7, "final", final_note(optimal_return), &|arm| {
-        final_cell(arm, optimal_return)
+        final_cell(&arm.final_return, arm.final_ratio, optimal_return)
     });
     add(
         4,
@@ -182,12 +182,16 @@ pub(super) fn percent(share: f64) -> String {
 
 /// The return of the last episodes ÷ R* where both are costs, so that more is worse; "0.31 of 1.00" where the best policy
 /// earns something, or nothing.
-pub(super) fn final_cell(arm: &ArmSummary, optimal_return: f64) -> String {
-    match arm.final_return.median {
+pub(super) fn final_cell(
+    final_return: &MedianInterval,
+    final_ratio: f64,
+    optimal_return: f64,
+) -> String {
+    match final_return.median {
         Some(earned) if optimal_return >= 0.0 => {
             format!("{} of {}", amount(earned), amount(optimal_return))
         }
-        _ => times(arm.final_ratio),
+        _ => times(final_ratio),
     }
 }
 
@@ -273,7 +277,7 @@ pub(super) fn iqm(value: &IqmInterval) -> String {
     format!("{} {}", whole(value.iqm), interval(value))
 }
 
-fn interval(value: &IqmInterval) -> String {
+pub(super) fn interval(value: &IqmInterval) -> String {
     format!("[{}, {}]", whole(value.low), whole(value.high))
 }
 
@@ -302,7 +306,7 @@ pub(super) fn moments(moments: &Moments) -> String {
 }
 
 /// 1000–1019 for runs of consecutive seeds.
-fn ranges(seeds: &[u64]) -> String {
+pub(super) fn ranges(seeds: &[u64]) -> String {
     let mut parts: Vec<(u64, u64)> = Vec::new();
     for &seed in seeds {
         match parts.last_mut() {

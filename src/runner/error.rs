@@ -3,7 +3,7 @@
 use crate::archive::ArchiveError;
 use crate::engine::PipelineError;
 use crate::parameter::ParameterError;
-use crate::scenario::{Choices, ScenarioError};
+use crate::scenario::{Choices, GridError, ScenarioError};
 use crate::shaping::ShapingError;
 use crate::spectral::SpectralError;
 
@@ -14,6 +14,17 @@ pub enum RunnerError {
     /// Arms that are neither built in nor defined by the scenario: what was asked for, and the arms there are.
     #[error("{}", unknown_arms(.0))]
     UnknownArms(Vec<(String, Choices)>),
+    /// A grid that is none.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A shard that was computed elsewhere is not one of this sweep.
+    #[error(
+        "a shard of another sweep, or from another version of the program: it has no point {hash}"
+    )]
+    StrangeShard {
+        /// The hash of its trials.
+        hash: String,
+    },
     /// It cannot fit.
     #[error(
         "{what} would take about {} of memory, and this machine has {}: {advice}",

@@ -3,6 +3,7 @@
 //! - [`build_engine`]: from a scenario to an engine; the one place that knows every concrete type.
 //! - [`run`]: one seed into a run folder, records written as they happen.
 //! - [`compare`]: arms × seeds, with the [`statistics`](crate::statistics) of a handful of runs.
+//! - [`sweep`]: a grid × seeds, in shards that any process may compute.
 //! - [`RunObserver`]: whoever else is told what happens in a run; the runner itself shows nothing.
 //! - [`potential_of_graph`]: the potential of any graph, without a world.
 //!
@@ -24,6 +25,7 @@ mod run;
 mod seed_writer;
 mod snapshots;
 mod sums;
+mod sweep;
 mod trial;
 
 pub use build::{build_engine, move_goals, pipeline_params, with_discovery_hook};
@@ -37,6 +39,7 @@ pub use observer::{
 pub use potential::{PotentialOfGraph, potential_of_graph};
 pub use run::{MakeObservers, RunOutcome, RunRequest, SeedOutcome, Watch, run, run_seed};
 pub use snapshots::Snapshots;
+pub use sweep::{OpenSweep, ShardTask, SweepOutcome, SweepPlan, SweepRequest, SweepWatch, sweep};
 
 #[cfg(test)]
 mod checkpoint_tests;

@@ -75,10 +75,10 @@ impl Arm {
 }
 
 /// The document that arms are laid over: the file with the assignments of the command line.
-fn laid(path: &Path, text: &str, sets: &[String]) -> Result<Document, ScenarioError> {
+fn laid(path: &Path, text: &str, settings: &[Setting]) -> Result<Document, ScenarioError> {
     let mut document = Document::new(path, text.to_owned())?;
-    let mut settings = Setting::typed(sets).into_iter();
-    let laid = settings.try_for_each(|setting| document.lay(&setting));
+    let mut settings = settings.iter();
+    let laid = settings.try_for_each(|setting| document.lay(setting));
     laid.map(|()| document).map_err(|mistake| ScenarioError {
         file: path.to_owned(),
         scenario: None,
@@ -173,10 +173,21 @@ impl Scenario {
         text: &str,
         sets: &[String],
     ) -> Result<Option<Arm>, ScenarioError> {
+        self.lay_arm_over(name, path, text, &Setting::typed(sets))
+    }
+
+    /// The same over settings that know their places.
+    pub(super) fn lay_arm_over(
+        &self,
+        name: &str,
+        path: &Path,
+        text: &str,
+        below: &[Setting],
+    ) -> Result<Option<Arm>, ScenarioError> {
         if self.arm_names().all(|(known, _)| known != name) {
             return Ok(None);
         }
-        let document = laid(path, text, sets)?;
+        let document = laid(path, text, below)?;
         let mut settings = Vec::new();
         self.collect(name, &document, &mut settings);
         Arm::of(name, settings, document).map(Some)
@@ -197,7 +208,8 @@ impl Scenario {
             place: Location::Arm(name.to_owned(), text.clone()),
             text,
         });
-        Arm::of(name, settings.collect(), laid(path, text, sets)?)
+        let document = laid(path, text, &Setting::typed(sets))?;
+        Arm::of(name, settings.collect(), document)
     }
 
     /// The settings of `name`, those of its base first.

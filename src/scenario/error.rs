@@ -22,6 +22,8 @@ pub enum Location {
     File(PathBuf),
     /// An assignment on the command line, as it was typed.
     Flag(String),
+    /// One value of a grid, with its key.
+    Grid(String),
     /// A setting of an arm that is built in or made up for a comparison: the arm's name, the setting.
     Arm(String, String),
 }
@@ -34,6 +36,7 @@ impl fmt::Display for Location {
             }
             Location::File(file) => write!(f, "{}", file.display()),
             Location::Flag(text) => write!(f, "--set {text}"),
+            Location::Grid(text) => write!(f, "--grid {text}"),
             Location::Arm(name, setting) => write!(f, "arm {name}, {setting}"),
         }
     }

@@ -32,9 +32,9 @@ impl<'a> Examination<'a> {
     ///
     /// # Errors
     /// If the file is not TOML.
-    pub fn of_file(path: &Path, text: String, sets: &[String]) -> Result<Self, ScenarioError> {
+    pub fn of_file(path: &Path, text: String, laid: &[Setting]) -> Result<Self, ScenarioError> {
         let document = Document::new(path, text)?;
-        Ok(Self::of(document, &Setting::typed(sets), &|_| {}))
+        Ok(Self::of(document, laid, &|_| {}))
     }
 
     /// That of a document with settings laid over it. Its types are read; no rule is checked yet.

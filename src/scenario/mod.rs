@@ -24,6 +24,7 @@ mod env;
 mod error;
 mod examination;
 mod goals;
+mod grid;
 mod idle_keys;
 mod keys;
 mod layout;
@@ -41,6 +42,7 @@ pub use built_in_arms::{BASELINE, BUILT_IN_ARMS, BuiltInArm, DEFAULT_ARM};
 pub use env::{Actions, EnvKind, EnvParams};
 pub use error::{BrokenRule, Choices, Location, Mistake, ScenarioError, nearest};
 pub use goals::{Draw, GoalSpec, Goals, HazardSpec};
+pub use grid::{Axis, GridError, GridPoint, grid};
 pub use place::{MaxSteps, MoveAfter, Place};
 pub use potential_file::PotentialFile;
 pub use shipped::{Shipped, report_scenarios, shipped};
@@ -49,6 +51,7 @@ pub use template::template;
 pub use world::{MovedWorld, Names, World};
 pub use worlds::Worlds;
 
+use self::document::Setting;
 use self::examination::Examination;
 use crate::agent::{AgentParams, Untried};
 use crate::engine::ScheduleParams;
@@ -161,17 +164,22 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`]: every mistake with file, line and column, or the assignment to blame.
     pub fn load(path: &Path, sets: &[String]) -> Result<Loaded, ScenarioError> {
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(path, text, sets),
-            Err(source) => match Shipped::named(path) {
-                Some(found) => Self::parse(path, found.text.to_owned(), sets),
-                None => Err(ScenarioError {
-                    file: path.to_owned(),
-                    scenario: None,
-                    mistakes: vec![unreadable(path, source)],
-                }),
-            },
-        }
+        Self::parse(path, Self::read(path)?, sets)
+    }
+
+    /// The text of a scenario file, or of the shipped scenario of that name if there is no such file.
+    ///
+    /// # Errors
+    /// If there is neither.
+    pub fn read(path: &Path) -> Result<String, ScenarioError> {
+        std::fs::read_to_string(path).or_else(|source| match Shipped::named(path) {
+            Some(found) => Ok(found.text.to_owned()),
+            None => Err(ScenarioError {
+                file: path.to_owned(),
+                scenario: None,
+                mistakes: vec![unreadable(path, source)],
+            }),
+        })
     }
 
     /// The same for a text that came from elsewhere; `path` serves messages, the name, and relative files.
@@ -179,7 +187,12 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(path: &Path, text: String, sets: &[String]) -> Result<Loaded, ScenarioError> {
-        let mut examined = Examination::of_file(path, text, sets)?;
+        Self::parse_laid(path, text, &Setting::typed(sets))
+    }
+
+    /// The same with settings that know their places.
+    fn parse_laid(path: &Path, text: String, laid: &[Setting]) -> Result<Loaded, ScenarioError> {
+        let mut examined = Examination::of_file(path, text, laid)?;
         examined.sections();
         let mut worlds = examined.until_sound(Worlds::of);
         arms::examine(&mut examined, worlds.as_mut());

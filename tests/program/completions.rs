@@ -31,7 +31,7 @@ fn scenarios_are_offered_by_name_and_by_file() {
     let program = Program::new();
     program.file("rooms_of_mine.toml", "");
     program.file("rooms.csv", "");
-    for command in ["run", "check", "show", "compare", "figures"] {
+    for command in ["run", "check", "show", "compare", "sweep", "figures"] {
         let offered = offered(&program, &["eigentrail", command, "rooms_"]);
         assert!(offered.contains(&"rooms_25x25".to_owned()), "{offered:?}");
         assert!(
@@ -58,6 +58,19 @@ fn arms_are_offered_one_after_the_other() {
         &["eigentrail", "compare", "smoke", "--arms", "sparse,plan"],
     );
     assert!(next.contains(&"sparse,planner".to_owned()), "{next:?}");
+}
+
+#[test]
+fn keys_are_offered_for_a_grid() {
+    let program = Program::new();
+    let sweep = ["eigentrail", "sweep", "smoke"];
+    let arms = offered(&program, &[&sweep[..], &["--arms", "plan"]].concat());
+    assert!(arms.contains(&"planner".to_owned()), "{arms:?}");
+    let keys = offered(&program, &[&sweep[..], &["--grid", "agent.gam"]].concat());
+    assert!(
+        keys.iter().any(|key| key.starts_with("agent.gamma")),
+        "{keys:?}"
+    );
 }
 
 #[test]

@@ -128,6 +128,30 @@ fn compare() {
 }
 
 #[test]
+fn sweep() {
+    let program = Program::new();
+    program.file("m.toml", MOVING);
+    let grid = |more: &[&str]| {
+        let few = [
+            "sweep",
+            "m.toml",
+            "--seeds",
+            "0..2",
+            "--grid",
+            "run.episodes=40,50",
+            "--json",
+        ];
+        document(&program, &[&few[..], more].concat())
+    };
+    let plain = grid(&["--out", "plain"]);
+    assert!(plain["points"][0].get("arm").is_none());
+    holds(
+        "sweep",
+        &[plain, grid(&["--arms", "gcn,sparse", "--out", "arms"])],
+    );
+}
+
+#[test]
 fn check() {
     let program = Program::new();
     program.file("s.toml", STILL);
@@ -339,6 +363,6 @@ fn inspect() {
     assert!(text.contains("whole") && text.contains("1 000"), "{text}");
     let bytes = std::fs::read(program.path("checkpoint")).unwrap();
     std::fs::write(program.path("torn"), &bytes[..60]).unwrap();
-    program.refuses(&["inspect", "torn"], 3, &["torn: it is cut off"]);
+    program.refuses(&["inspect", "torn"], 3, &["torn: cut off or added to"]);
     program.refuses(&["inspect", "none"], 3, &["none: "]);
 }

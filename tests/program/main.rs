@@ -21,6 +21,7 @@ mod runs;
 mod seeds;
 #[path = "../common/served.rs"]
 mod served;
+mod sweep;
 mod tensorboard;
 mod values;
 mod worlds;

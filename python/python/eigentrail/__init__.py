@@ -7,6 +7,7 @@
 ``train(env, key)``                       the built-in agent on a Gymnasium environment
 ``explore(env, key)``                     the exact MDP of an environment: V*, Q*, an optimal policy
 ``check_shaping(mdp, phi, gamma)``        whether a shaping keeps the optimal actions, state by state
+``run``, ``compare``, ``sweep``           scenarios, as the program runs them; ``ray.sweep`` on a cluster
 ``EigenTracker(k)``, ``track(graph, k)``  the lowest eigenvectors of a growing graph, kept up to date
 ``canonical(key)``                        names of states as unambiguous bytes
 ========================================  =====================================================================
@@ -21,7 +22,9 @@ from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 from . import _eigentrail
+from .documents import Comparison, Run, Sweep
 from .engine import Engine, Observed, Transitions
+from .experiments import compare, run, sweep
 from .keys import register_key
 from .mdp import Mdp, ShapingCheck, Solution, check_shaping, explore
 from .names import canonical
@@ -35,21 +38,27 @@ if TYPE_CHECKING:
 __version__ = _version("eigentrail")
 
 __all__ = [
+    "Comparison",
     "EigenTracker",
     "Engine",
     "Mdp",
     "Observed",
     "Result",
+    "Run",
     "Shaped",
     "ShapedVec",
     "ShapingCheck",
     "Solution",
+    "Sweep",
     "Tracked",
     "Transitions",
     "canonical",
     "check_shaping",
+    "compare",
     "explore",
     "register_key",
+    "run",
+    "sweep",
     "track",
     "train",
 ]
@@ -60,6 +69,10 @@ if hasattr(os, "register_at_fork"):
 
 
 def __getattr__(name: str) -> Any:
+    if name == "ray":
+        import importlib
+
+        return importlib.import_module(".ray", __name__)
     # Gymnasium is asked for by those who wrap environments only.
     try:
         if name == "Shaped":

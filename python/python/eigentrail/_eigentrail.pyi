@@ -1,5 +1,6 @@
 """The Rust half of the package; use the classes and functions of ``eigentrail`` instead."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ _Floats = npt.NDArray[np.float64]
 _Integers = npt.NDArray[np.int64]
 _Short = npt.NDArray[np.int32]
 _Flags = npt.NDArray[np.bool_]
+_Progress = Callable[[int, int], Any] | None
 _Seen = tuple[int, float, float, bool, bool, bool, float, bool]
 
 class Engine:
@@ -93,3 +95,56 @@ def solve(
 def pack_worlds(settings: str, engines: list[tuple[bytes | None, bytes]]) -> bytes: ...
 def unpack_worlds(bytes: bytes) -> tuple[str, list[tuple[bytes | None, bytes]]]: ...
 def after_fork() -> None: ...
+def run(
+    path: str,
+    sets: list[str],
+    seeds: list[int],
+    alone: bool,
+    out: str | None,
+    arguments: list[str],
+    threads: int | None,
+    progress: _Progress,
+) -> str: ...
+def compare(
+    path: str,
+    sets: list[str],
+    arms: list[str],
+    seeds: list[int],
+    tuned: bool,
+    out: str | None,
+    arguments: list[str],
+    threads: int | None,
+    progress: _Progress,
+) -> str: ...
+def sweep(
+    path: str,
+    sets: list[str],
+    grid: list[tuple[str, list[str]]],
+    arms: list[str],
+    seeds: list[int],
+    out: str | None,
+    arguments: list[str],
+    threads: int | None,
+    progress: _Progress,
+) -> tuple[str, str]: ...
+
+class SweepFolder:
+    was_begun: bool
+    num_trials: int
+    num_finished: int
+    def __new__(
+        cls,
+        path: str,
+        sets: list[str],
+        grid: list[tuple[str, list[str]]],
+        arms: list[str],
+        seeds: list[int],
+        out: str | None,
+        arguments: list[str],
+    ) -> SweepFolder: ...
+    def unfinished(self) -> list[tuple[int, list[int]]]: ...
+    def task(self, point: int) -> tuple[str, str]: ...
+    def put(self, shard: str) -> None: ...
+    def finish(self) -> tuple[str, str] | None: ...
+
+def run_shard(task: str, seeds: list[int], threads: int | None) -> str: ...

@@ -158,7 +158,10 @@ fn facts(
         ("first goal (step)", moments(&arm.first_goal_step)),
         ("steps to 1.5 × best return", moments(&arm.steps_to_1_5x)),
         ("steps to 1.1 × best return", moments(&arm.steps_to_1_1x)),
-        (final_name, final_cell(arm, best)),
+        (
+            final_name,
+            final_cell(&arm.final_return, arm.final_ratio, best),
+        ),
         (
             "exact return of the greedy policy",
             greedy_cell(&arm.greedy_return, best),

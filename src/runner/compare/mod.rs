@@ -15,8 +15,8 @@
 //! A trial that has ended is never run again in the same folder, as long as its arm's resolved scenario is the same:
 //! each file carries a hash of it. So an interrupted comparison goes on where it was, and arms and seeds can be added.
 
-mod summarise;
-mod trials;
+pub(super) mod summarise;
+pub(super) mod trials;
 mod tuning;
 
 use super::build::warn_of_file;
@@ -130,7 +130,7 @@ pub fn compare(
 fn lay_arm(name: &str, request: &CompareRequest, loaded: &Loaded) -> Result<Arm, RunnerError> {
     let scenario = &loaded.scenario;
     let laid = scenario.lay_arm(name, &request.path, &loaded.text, &request.sets)?;
-    laid.ok_or_else(|| unknown([name], scenario))
+    laid.ok_or_else(|| unknown_arms([name], scenario))
 }
 
 /// Refuses all names at once that no arm has.
@@ -143,11 +143,14 @@ fn require_known(names: &[String], scenario: &Scenario) -> Result<(), RunnerErro
         .collect();
     match strange.is_empty() {
         true => Ok(()),
-        false => Err(unknown(strange, scenario)),
+        false => Err(unknown_arms(strange, scenario)),
     }
 }
 
-fn unknown<'a>(names: impl IntoIterator<Item = &'a str>, scenario: &Scenario) -> RunnerError {
+pub(super) fn unknown_arms<'a>(
+    names: impl IntoIterator<Item = &'a str>,
+    scenario: &Scenario,
+) -> RunnerError {
     let with_choices = names.into_iter().map(|name| {
         let known = scenario.arm_names().map(|(known, _)| known.to_owned());
         (name.to_owned(), Choices::near(name, known.collect()))

@@ -84,7 +84,7 @@ pub fn ratio_interval(trials: &[TrialRecord], base: &[TrialRecord]) -> MedianInt
 }
 
 /// The median of what may be nothing.
-fn median_interval(sample: &[f64]) -> MedianInterval {
+pub fn median_interval(sample: &[f64]) -> MedianInterval {
     let between = MedianBetween::of(sample, CONFIDENCE);
     MedianInterval {
         median: between.map(|between| between.median),
@@ -94,13 +94,13 @@ fn median_interval(sample: &[f64]) -> MedianInterval {
 }
 
 /// Share of the trials of which something is true; none if there is one of which it is not known.
-fn share(trials: &[TrialRecord], is_true: fn(&TrialResult) -> Option<bool>) -> Option<f64> {
+pub fn share(trials: &[TrialRecord], is_true: fn(&TrialResult) -> Option<bool>) -> Option<f64> {
     let known: Option<Vec<bool>> = trials.iter().map(|trial| is_true(&trial.result)).collect();
     known.map(|known| known.iter().filter(|&&is| is).count() as f64 / known.len() as f64)
 }
 
 /// The first seed with the most regret.
-fn worst_seed(trials: &[TrialRecord]) -> u64 {
+pub fn worst_seed(trials: &[TrialRecord]) -> u64 {
     let worse =
         |worst: &'_ TrialRecord, trial: &'_ TrialRecord| trial.result.regret > worst.result.regret;
     let worst = trials
@@ -148,7 +148,7 @@ fn regrets(trials: &[TrialRecord]) -> Vec<f64> {
 }
 
 /// Never is later than every moment.
-fn median_moment(moments: &[Option<u64>]) -> Moments {
+pub fn median_moment(moments: &[Option<u64>]) -> Moments {
     let times: Vec<f64> = moments
         .iter()
         .map(|m| m.map_or(f64::INFINITY, |m| m as f64))

@@ -102,7 +102,7 @@ impl Field<'_> {
 }
 
 /// Plays every episode of a trial; none if `stop` was set before the last one ended. What `sights` has seen is written at the end.
-fn record(
+pub fn record(
     trial: &mut dyn Trial,
     hash: &str,
     sights: Option<SightsWriter>,

@@ -1,6 +1,6 @@
 //! The lines of JSON about runs.
 
-use crate::archive::{SeedResult, SeedTiming};
+use super::summary::{SeedResult, SeedTiming};
 use serde::Serialize;
 
 /// Line that `run --json` prints: one seed's results and timing side by side.
