@@ -110,7 +110,7 @@ class Shaped(gym.Wrapper, gym.utils.RecordConstructorArgs):
         engine = self._engine
         seen = engine.observe(
             int(action) - self._first_action,
-            self._namer(self.env, observation),
+            self._namer(self.env, observation, bool(terminated)),
             float(reward),
             bool(terminated),
             bool(truncated),

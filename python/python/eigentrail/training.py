@@ -103,7 +103,8 @@ def train(
     for step in range(1, max_steps + 1):
         observation, reward, terminated, truncated, _ = env.step(learner.act() + first_action)
         reward = float(reward)
-        seen = learner.learn(named.name(observation), reward, bool(terminated), bool(truncated))
+        reached = named.name(observation, bool(terminated))
+        seen = learner.learn(reached, reward, bool(terminated), bool(truncated))
         _, shaping, _, _, first_goal, _, bonus, _ = seen
         if first_goal and first_goal_step is None:
             first_goal_step = step
@@ -133,8 +134,8 @@ class _Named:
         self._watch.begin_episode(is_new)
         return self.name(observation)
 
-    def name(self, observation: Any) -> bytes:
-        return self._prefix + self._namer(self._env, observation)
+    def name(self, observation: Any, terminated: bool = False) -> bytes:
+        return self._prefix + self._namer(self._env, observation, terminated)
 
 
 def _step_limit(env: Any) -> int | None:

@@ -162,7 +162,7 @@ class _Noted(gym.Wrapper):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         result = self.env.step(action)
-        self.last = self._namer(self.env, result[0])
+        self.last = self._namer(self.env, result[0], bool(result[2]))
         return result
 
 
