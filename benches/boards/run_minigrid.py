@@ -19,10 +19,10 @@ WORLDS = {
     "MiniGrid-LavaGapS7-v0": (20_000, True),
     "MiniGrid-DistShift1-v0": (20_000, True),
     "MiniGrid-DoorKey-5x5-v0": (30_000, True),
-    "MiniGrid-DoorKey-8x8-v0": (100_000, True),
-    "MiniGrid-MultiRoom-N4-S5-v0": (100_000, True),
+    "MiniGrid-DoorKey-8x8-v0": (100_000, False),
+    "MiniGrid-MultiRoom-N4-S5-v0": (100_000, False),
     "MiniGrid-MultiRoom-N6-v0": (200_000, False),
-    "MiniGrid-KeyCorridorS3R3-v0": (600_000, False),
+    "MiniGrid-KeyCorridorS3R3-v0": (400_000, False),
 }
 # Names of states have no clock, so that with 1 it would not matter when the goal is reached.
 GAMMA = 0.99
