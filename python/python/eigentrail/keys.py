@@ -6,8 +6,12 @@ key that is an object may have methods besides:
 
 - ``reset(env)``, called after each reset, before the state is named;
 - ``layout(env)``, called after it, which names the layout: each layout has a graph of its own;
+- ``end(env)``, called in place of the key where an episode terminated: for worlds in which an episode can end where another
+  one would go on;
 - ``stop_clock(env)``, called before each step of :func:`eigentrail.explore`: what only depends on the time in the episode is then as
-  at its beginning.
+  at its beginning;
+- ``timeless(env, reward)``, called by :func:`eigentrail.train` after each step: the reward without what only depends on the time in
+  the episode.
 """
 
 from __future__ import annotations
@@ -42,6 +46,8 @@ class Namer:
         self._reset = getattr(self._key, "reset", None)
         self._layout = getattr(self._key, "layout", None)
         self._stop_clock = getattr(self._key, "stop_clock", None)
+        self._end = getattr(self._key, "end", None)
+        self._timeless = getattr(self._key, "timeless", None)
 
     def reset(self, env: Any) -> bytes | None:
         """To be called after each reset: the name of the layout, if the key knows layouts."""
@@ -59,13 +65,19 @@ class Namer:
         if self._stop_clock is not None:
             self._stop_clock(env)
 
-    def state(self, env: Any, observation: Any) -> Any:
+    def timeless(self, env: Any, reward: float) -> float:
+        """The reward of the step before, without what depends on the time."""
+        return reward if self._timeless is None else self._timeless(env, reward)
+
+    def state(self, env: Any, observation: Any, terminated: bool = False) -> Any:
         """The present state, as the key gives it."""
+        if terminated and self._end is not None:
+            return self._end(env)
         return self._key(env, observation) if self._takes_observation else self._key(env)
 
-    def __call__(self, env: Any, observation: Any) -> bytes:
+    def __call__(self, env: Any, observation: Any, terminated: bool = False) -> bytes:
         """The name of the present state."""
-        return canonical(self.state(env, observation))
+        return canonical(self.state(env, observation, terminated))
 
     @property
     def needs_env(self) -> bool:
@@ -96,6 +108,11 @@ class MiniGridPose:
     def stop_clock(self, env: Any) -> None:
         """Rewards of MiniGrid fall with the time."""
         env.unwrapped.step_count = 0
+
+    def timeless(self, env: Any, reward: float) -> float:
+        """What a goal pays that is reached at once, for one that is reached at any time."""
+        world = env.unwrapped
+        return 1.0 if reward > 0 and reward == world._reward() else reward
 
     def __call__(self, env: Any) -> bytes:
         world = env.unwrapped
@@ -152,7 +169,10 @@ class MiniGrid(MiniGridPose):
 
 
 class TopoGym:
-    """Cell and heading in a TopoGym world, tries at hidden doors, and the season's ice. Clowns do not count.
+    """Cell and heading in a TopoGym world, tries at hidden doors, the season and how far it has come. Clowns do not count.
+
+    Where an episode is over only the cell counts. It has a name of its own: a boat that hits the ice ends its episode where
+    it was.
 
     These are attributes that TopoGym keeps to itself; the key follows them as of TopoGym 0.8.
     """
@@ -175,8 +195,15 @@ class TopoGym:
     def __call__(self, env: Any) -> Any:
         world = env.unwrapped
         place = world._state
-        frozen, melted = getattr(world, "_frozen", ()), getattr(world, "_melted", ())
-        return (place.cell, place.frame, world._bumps, len(frozen), len(melted))
+        name: tuple[Any, ...] = (place.cell, place.frame)
+        if world._bumps:
+            name += (tuple(sorted(world._bumps.items())),)
+        if getattr(world, "season", None) is not None:
+            name += (world.season, len(world._frozen) + len(world._melted))
+        return name
+
+    def end(self, env: Any) -> Any:
+        return ("over", env.unwrapped._state.cell)
 
 
 def _cells(grid: Any) -> bytes:

@@ -340,8 +340,8 @@ class _Search:
         self.starts[here] += 1
         return here
 
-    def _number(self, observation: Any) -> int:
-        state = self.namer.state(self.env, observation)
+    def _number(self, observation: Any, terminated: bool = False) -> int:
+        state = self.namer.state(self.env, observation, terminated)
         name = canonical(state)
         number = self.numbers.setdefault(name, len(self.numbers))
         if number == len(self.states):
@@ -353,7 +353,7 @@ class _Search:
         self.namer.stop_clock(self.env)
         observation, reward, terminated, truncated, _ = self.env.step(action + self.first_action)
         self.steps += 1
-        there, reward = self._number(observation), float(reward)
+        there, reward = self._number(observation, bool(terminated)), float(reward)
         pair = self.pairs[here][action]
         pair.tries += 1
         seen = pair.outcomes.setdefault((there, bool(terminated)), [0, 0.0, reward, reward])

@@ -111,7 +111,7 @@ class Shaped(Saved, gym.Wrapper, gym.utils.RecordConstructorArgs):
         engine = self.engine
         seen = engine.observe(
             int(action) - self._first_action,
-            self._namer(self.env, observation),
+            self._namer(self.env, observation, bool(terminated)),
             float(reward),
             bool(terminated),
             bool(truncated),

@@ -83,7 +83,7 @@ class Noted(gym.Wrapper):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         result = self.env.step(action)
-        self.last = self._namer(self.env, result[0])
+        self.last = self._namer(self.env, result[0], bool(result[2]))
         return result
 
 
