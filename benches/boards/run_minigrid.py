@@ -24,9 +24,6 @@ WORLDS = {
     "MiniGrid-MultiRoom-N6-v0": (200_000, False),
     "MiniGrid-KeyCorridorS3R3-v0": (400_000, False),
 }
-# Names of states have no clock, so that with 1 it would not matter when the goal is reached.
-GAMMA = 0.99
-
 COLUMNS = ["world", "seed", "steps", "first_success", "success", "length", "optimal", "greedy", "states"]
 
 
@@ -68,7 +65,7 @@ def main():
         for seed in range(args.seeds):
             if not rows.lacks(name, seed):
                 continue
-            result = eigentrail.train(world(name, seed), key="minigrid", gamma=GAMMA, max_steps=max_steps, seed=seed)
+            result = eigentrail.train(world(name, seed), key="minigrid", max_steps=max_steps, seed=seed)
             episodes = result.episodes
             successes = episodes["return"] > 0
             first = int(episodes["end_step"][successes][0]) if successes.any() else None

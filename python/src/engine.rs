@@ -15,7 +15,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::{Deserialize, Serialize};
 
-const KIND: Kind = Kind { letters: b"ENGN", version: 1 };
+const KIND: Kind = Kind {
+    letters: b"ENGN",
+    version: 1,
+};
 
 /// Source, action, target, count, sum of rewards and end of transitions.
 type Transitions<'py> = (

@@ -15,7 +15,10 @@ use pyo3::types::{PyBytes, PyDict};
 use serde::de::DeserializeOwned;
 use sprs::CsMatI;
 
-const KIND: Kind = Kind { letters: b"TRCK", version: 1 };
+const KIND: Kind = Kind {
+    letters: b"TRCK",
+    version: 1,
+};
 
 /// The solver, and the size of its graph.
 #[pyclass(module = "eigentrail._eigentrail")]

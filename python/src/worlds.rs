@@ -5,7 +5,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::{Deserialize, Serialize};
 
-const KIND: Kind = Kind { letters: b"WRLD", version: 1 };
+const KIND: Kind = Kind {
+    letters: b"WRLD",
+    version: 1,
+};
 
 /// Name of a layout, if there is one, and the bytes of its engine.
 type World = (Option<Vec<u8>>, Vec<u8>);

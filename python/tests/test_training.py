@@ -44,6 +44,34 @@ def test_a_key_and_a_door_are_no_hindrance():
     assert result.episodes["return"][-5:].min() > 0.9
 
 
+@pytest.mark.parametrize("name", ["MiniGrid-Empty-8x8-v0", "MiniGrid-FourRooms-v0", "MiniGrid-LavaGapS7-v0"])
+def test_it_hurries_where_rewards_fall_with_the_time(name):
+    env = ReseedWrapper(gym.make(name), seeds=(3,))
+    result = eigentrail.train(env, key="minigrid", max_steps=12_000)
+    last = result.episodes[-len(result.episodes) // 10 :]
+    assert (last["return"] > 0).all()
+    # What it has learnt is a shortest way: what the exact MDP earns with a discount that is nearly none, times cannot be told apart.
+    gamma = 0.999
+    mdp = eigentrail.explore(ReseedWrapper(gym.make(name), seeds=(3,)), key="minigrid")
+    best = mdp.solve(gamma).optimal_return / mdp.reward[mdp.ends].max()
+    shortest = 1 + np.log(best) / np.log(gamma)
+    assert last["length"].min() <= shortest + 0.5
+    assert np.median(last["length"]) <= 1.2 * shortest
+
+
+def test_what_a_goal_of_minigrid_pays_is_without_the_clock():
+    env = ReseedWrapper(gym.make("MiniGrid-Empty-5x5-v0"), seeds=(0,))
+    key = eigentrail.keys.Namer("minigrid")
+    env.reset()
+    key.reset(env)
+    rewards = []
+    for action in [2, 2, 1, 2, 2]:
+        _, reward, terminated, _, _ = env.step(action)
+        rewards.append((reward, key.timeless(env, reward)))
+    assert terminated and 0 < rewards[-1][0] < 1
+    assert [timeless for _, timeless in rewards] == [0, 0, 0, 0, 1]
+
+
 def test_equal_seeds_give_equal_results():
     first, second = (eigentrail.train(Corridor(), max_steps=500, seed=3) for _ in range(2))
     np.testing.assert_array_equal(first.episodes, second.episodes)

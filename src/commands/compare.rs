@@ -24,7 +24,7 @@ struct Comparisons<'a> {
 }
 
 pub fn compare(args: &cli::Compare, telemetry: &Telemetry, bars: bool) -> Result<Ending> {
-    if without_duplicates(&args.arms).is_empty() {
+    if super::without_duplicates(&args.arms).is_empty() {
         bail!(BadInput(
             "--arms: names no arm; `eigentrail list` tells which there are".to_owned()
         ));

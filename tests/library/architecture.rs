@@ -101,11 +101,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 
 /// Crates that only the feature `cli` brings.
-const OF_THE_PROGRAM: [&str; 10] = [
+const OF_THE_PROGRAM: [&str; 9] = [
     "anyhow",
     "clap",
     "comfy_table",
-    "crc32c",
     "httparse",
     "indicatif",
     "png",
