@@ -17,7 +17,7 @@ import threading
 import time
 from pathlib import Path
 
-os.environ.setdefault("RAY_ENABLE_UV_RUN_RUNTIME_ENV", "0")
+os.environ.setdefault("RAY_raylet_start_wait_time_s", "300")  # a busy machine is no failure
 
 import eigentrail
 import ray
@@ -74,7 +74,7 @@ def a_node_is_killed(work: Path) -> None:
         assert killed.is_set() and sum(node["Alive"] for node in ray.nodes()) == 2, "head and one node are left"
     same(work / "here", out)
     assert swept == json.loads((out / "summary.json").read_text())
-    print(f"a node killed after {4} shards: {len(swept.trials)} trials complete after {seconds:.1f} s, equal to one machine")
+    print(f"a node killed after 4 shards: {len(swept.trials)} trials complete after {seconds:.1f} s, equal to one machine")
 
 
 def errors_and_going_on(work: Path) -> None:
