@@ -8,6 +8,7 @@ use super::error::ArchiveError;
 use super::files::write_atomically;
 use super::names;
 use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -34,9 +35,9 @@ pub struct Checkpoint {
     /// States known.
     pub states: usize,
     /// The run itself.
-    pub run: Vec<u8>,
+    pub run: ByteBuf,
     /// What its observers go on from, by their names.
-    pub observers: BTreeMap<String, Vec<u8>>,
+    pub observers: BTreeMap<String, ByteBuf>,
 }
 
 impl Checkpoint {
@@ -108,8 +109,8 @@ mod tests {
             steps,
             episodes: 2,
             states: 11,
-            run: vec![1, 2, 3],
-            observers: BTreeMap::from([("tables".to_owned(), vec![9])]),
+            run: ByteBuf::from([1, 2, 3]),
+            observers: BTreeMap::from([("tables".to_owned(), ByteBuf::from([9]))]),
         }
     }
 

@@ -8,6 +8,7 @@ use super::observer::Observers;
 use super::trial::Trial;
 use crate::archive::{ArchiveError, Checkpoint, checkpoint};
 use crate::scenario::Scenario;
+use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ impl<'a> Checkpoints<'a> {
         let mut saved = BTreeMap::new();
         for observer in observers {
             if let Some((name, state)) = observer.save()? {
-                saved.insert(name.to_owned(), state);
+                saved.insert(name.to_owned(), ByteBuf::from(state));
             }
         }
         let written = trial.written().and_then(|run| {
@@ -80,7 +81,7 @@ impl<'a> Checkpoints<'a> {
                 steps: trial.steps(),
                 episodes: trial.sums().lengths().len(),
                 states: trial.knowledge().graph.num_states(),
-                run,
+                run: ByteBuf::from(run),
                 observers: saved,
             };
             let made = fs::create_dir_all(&self.folder);

@@ -349,7 +349,7 @@ fn inspect() {
         steps: 1000,
         episodes: 3,
         states: 12,
-        run: vec![1; 100],
+        run: vec![1; 100].into(),
         observers: BTreeMap::new(),
     };
     checkpoint.write(program.folder()).unwrap();
