@@ -16,7 +16,7 @@ pip install "$(echo "$work"/wheels/*.whl)[test]"
 
 # From elsewhere: it is the wheel that is tested, not the folder it was built from.
 mkdir "$work/python" "$work/docs"
-cp -r tests examples README.md "$work/python"
+cp -r tests examples benches README.md "$work/python"
 cp ../docs/tutorial.md "$work/docs"
 cd "$work/python"
 "$python" -m pytest --quiet -p no:cacheprovider tests "$@"

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
+LEARNING = Path(__file__).parent.parent / "benches" / "learning"
 
 
 def test_q_learning_learns_with_and_without():
@@ -27,3 +28,10 @@ def test_a_picture_is_the_same_each_time_and_has_all_its_panels(tmp_path):
     titles = [node.text for node in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
     assert len(titles) == 4 and titles[0].startswith("φ at the first goal, step ")
     assert titles[1:] == ["φ at step 300, 52 states", "eigenvector 1", "eigenvector 2"]
+
+
+def test_worlds_answered_from_memory_are_the_worlds():
+    compare = runpy.run_path(str(LEARNING / "remembered.py"))["compare"]
+    assert compare("MiniGrid-DoorKey-5x5-v0", layout=1, steps=2000) > 3
+    assert compare("MiniGrid-MultiRoom-N2-S4-v0", layout=0, steps=2000) > 3
+    compare("MiniGrid-KeyCorridorS3R1-v0", layout=0, steps=2000)
