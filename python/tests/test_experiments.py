@@ -132,8 +132,10 @@ def test_other_threads_go_on():
     assert counted > 10
 
 
+# A shell's background jobs are deaf to Ctrl-C, and so is what they start.
 SCRIPT = """
-import eigentrail, sys
+import eigentrail, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     {call}
 except KeyboardInterrupt:
