@@ -91,7 +91,7 @@ def test_errors_have_the_text_of_the_program():
     refuses('--set agent.kind="sarssa": ', lambda: run("smoke", set={"agent.kind": "sarssa"}))
     refuses("--grid agent.gama=0.9: unknown key", lambda: sweep("smoke", {"agent.gama": [0.9]}))
     refuses("there is no arm `plannner`; did you mean `planner`?", lambda: compare("smoke", arms=["plannner"]))
-    refuses("cannot read the file", lambda: run("no-such-thing.toml"))
+    refuses("there is no such file", lambda: run("no-such-thing.toml"))
     refuses("seeds: there are none", lambda: sweep("smoke", seeds=[]))
     refuses("arms: there are none", lambda: compare("smoke", arms=[]))
     with pytest.raises(TypeError, match="expected a list of values"):
