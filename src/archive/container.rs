@@ -111,7 +111,7 @@ mod tests {
         assert!(
             unpack::<Vec<f64>>(KIND, b"EIGTRAIL")
                 .unwrap_err()
-                .contains("cut off")
+                .contains("too short")
         );
     }
 
