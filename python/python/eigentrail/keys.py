@@ -12,6 +12,9 @@ key that is an object may have methods besides:
   at its beginning;
 - ``timeless(env, reward)``, called by :func:`eigentrail.train` after each step: the reward without what only depends on the time in
   the episode.
+
+It may also have an attribute ``reward_bound``: the most that the end of an episode can pay, for :func:`eigentrail.train`, which then looks for
+nothing better.
 """
 
 from __future__ import annotations
@@ -56,6 +59,11 @@ class Namer:
         return None if self._layout is None else canonical(self._layout(env))
 
     @property
+    def reward_bound(self) -> float | None:
+        """The most that the end of an episode can pay, if the key knows it."""
+        return getattr(self._key, "reward_bound", None)
+
+    @property
     def knows_clock(self) -> bool:
         """Whether rewards depend on the time in the episode, which is no part of the state."""
         return self._stop_clock is not None
@@ -95,6 +103,8 @@ class MiniGridPose:
 
     Doors and things do not count: a world where they matter has states that this key confuses.
     """
+
+    reward_bound = 1.0
 
     def reset(self, env: Any) -> None:
         if not hasattr(env.unwrapped, "agent_dir"):

@@ -75,8 +75,8 @@ def train(
 
     In MiniGrid a goal pays 1 - 0.9 t/T, where T is the step limit, and t is no part of the name of a state: to a learner without
     discount it would not matter when it arrives. With MiniGrid's keys it learns from what the goal pays at once, and where ``gamma``
-    is 1 it is discounted by the factor γ with γ^T = 0.1, which is what the goal pays at the limit. ``episodes["return"]`` is the raw
-    return all the same.
+    is 1 it is discounted by the factor γ with γ^T = 0.1, which is what the goal pays at the limit. Since no goal pays more than 1
+    (``exploration["reward_bound"]``), it looks for no other one once it has found one. ``episodes["return"]`` is the raw return all the same.
 
     >>> import gymnasium, eigentrail
     >>> env = gymnasium.make("FrozenLake-v1", is_slippery=False)
@@ -95,6 +95,8 @@ def train(
     limit = _step_limit(env)
     if namer.knows_clock and gamma == 1.0:
         gamma = 0.1 ** (1 / limit) if limit else 0.99
+    if namer.reward_bound is not None:
+        params["exploration"] = {"reward_bound": namer.reward_bound, **params.get("exploration", {})}
     learner = _eigentrail.Learner(num_actions, gamma, seed, limit, json.dumps(params), json.dumps(agent or {}))
 
     named = _Named(env, namer)
