@@ -71,6 +71,14 @@ impl Checkpoint {
     }
 }
 
+/// A resolved scenario without the keys that say when checkpoints are taken: no result depends on them.
+pub fn without_intervals(resolved: &str) -> String {
+    let lines = resolved.split_inclusive('\n');
+    lines
+        .filter(|line| !line.starts_with("checkpoint_every_"))
+        .collect()
+}
+
 /// Where the checkpoints of a seed lie, the newest first.
 pub fn paths(folder: &Path) -> [PathBuf; 2] {
     [names::CHECKPOINT, names::CHECKPOINT_BEFORE].map(|name| folder.join(name))

@@ -1,5 +1,6 @@
 //! Files of a run folder around its seeds: who ran what, the scenario, the results.
 
+use super::checkpoint::without_intervals;
 use super::error::ArchiveError;
 use super::files::{read_json, write_json, write_text};
 use super::folder::RunFolder;
@@ -91,10 +92,11 @@ impl RunFolder {
     }
 
     fn require_same(&self, scenario: &Scenario) -> Result<(), ArchiveError> {
-        let now = scenario.to_toml();
+        let now = without_intervals(&scenario.to_toml());
         let path = self.file(names::RESOLVED);
         let read = fs::read_to_string(&path);
         let before = read.map_err(|error| ArchiveError::damaged(&path, error.to_string()))?;
+        let before = without_intervals(&before);
         match before == now {
             true => Ok(()),
             false => Err(mismatch(path, &before, &now)),

@@ -129,6 +129,26 @@ fn a_run_goes_on_from_every_checkpoint_to_the_same_bytes() {
     }
 }
 
+#[test]
+fn intervals_may_change_between_the_parts_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let (plain, out) = (folder.path().join("plain"), folder.path().join("out"));
+    let begun = load(WORLDS[0], &["run.checkpoint_every_steps=100"]);
+    play(&begun, &plain, End::Never);
+    play(&begun, &out, End::Stop(2));
+    let resumed = [
+        "run.checkpoint_every_steps=33",
+        "run.checkpoint_every_minutes=0",
+    ];
+    assert!(play(&load(WORLDS[0], &resumed), &out, End::Never).0 > 2);
+    assert_eq!(results(&out), results(&plain));
+    let other = load(WORLDS[0], &["agent.gamma=0.9"]);
+    assert!(
+        play(&other, &out, End::Never).1.is_none(),
+        "all else may not"
+    );
+}
+
 /// It is stopped again and again, after one more checkpoint each time.
 #[test]
 fn a_run_that_is_always_interrupted_ends_as_well() {

@@ -6,7 +6,8 @@
 use super::error::RunnerError;
 use super::observer::Observers;
 use super::trial::Trial;
-use crate::archive::{ArchiveError, Checkpoint, checkpoint};
+use crate::archive::checkpoint::{self, without_intervals};
+use crate::archive::{ArchiveError, Checkpoint};
 use crate::scenario::Scenario;
 use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
@@ -139,13 +140,14 @@ impl<'a> Checkpoints<'a> {
         if checkpoint.seed != self.seed {
             return mismatch(format!("it is of seed {}", checkpoint.seed));
         }
-        let scenario = self.scenario.to_toml();
-        let mut pairs = checkpoint.scenario.lines().zip(scenario.lines());
+        let there = without_intervals(&checkpoint.scenario);
+        let here = without_intervals(&self.scenario.to_toml());
+        let mut pairs = there.lines().zip(here.lines());
         match pairs.find(|(there, here)| there != here) {
             Some((there, here)) => mismatch(format!(
                 "its scenario has `{there}` where this one has `{here}`"
             )),
-            None if checkpoint.scenario != scenario => mismatch("its scenario differs".to_owned()),
+            None if there != here => mismatch("its scenario differs".to_owned()),
             None => Ok(checkpoint),
         }
     }

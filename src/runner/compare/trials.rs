@@ -4,6 +4,7 @@
 //! leaves, at its end, what its page needs to draw φ, the eigenvectors and the policy.
 
 use super::Field;
+use crate::archive::checkpoint::without_intervals;
 use crate::archive::{
     ArchiveError, Existing, SeedResult, TrialRecord, TrialResult, TrialsByArm, begin_arm,
     scenario_hash, seed_folder_name, trial_file_name,
@@ -29,7 +30,7 @@ impl Field<'_> {
         let begin = |arm: &&Arm| {
             let resolved = arm.scenario.to_toml();
             begin_arm(&folder.join(&arm.name), &resolved)?;
-            Ok(scenario_hash(&resolved))
+            Ok(scenario_hash(&without_intervals(&resolved)))
         };
         let hashes: Vec<String> = arms
             .iter()
