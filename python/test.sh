@@ -22,4 +22,4 @@ cd "$work/python"
 "$python" -m pytest --quiet -p no:cacheprovider tests "$@"
 # What needs more than this is tested by test_outside.sh.
 "$python" -m pytest --quiet -p no:cacheprovider --doctest-modules --pyargs eigentrail \
-    --ignore-glob='*/eigentrail/sb3*' --ignore-glob='*/eigentrail/torchrl.py'
+    --ignore-glob='/*/eigentrail/sb3*' --ignore-glob='/*/eigentrail/torchrl.py'

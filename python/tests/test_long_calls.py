@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals that a 
 
 
 class Interrupt:
-    """Ctrl-C after so many seconds."""
+    """Ctrl-C after so many seconds, and again each second: where Python ignores what is raised, as in a finaliser, one is lost."""
 
     def __init__(self, after: float) -> None:
         self.after = after
@@ -24,7 +24,7 @@ class Interrupt:
     def __enter__(self):
         self.before = signal.signal(signal.SIGALRM, signal.default_int_handler)
         self.begin = time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, self.after)
+        signal.setitimer(signal.ITIMER_REAL, self.after, 1.0)
         return self
 
     def __exit__(self, *_):

@@ -84,10 +84,6 @@ impl Desk {
         self.changed.notify_all();
     }
 
-    fn is_closed(&self) -> bool {
-        self.locked().closed
-    }
-
     /// Waits for an update; none after the last one.
     fn take(&self) -> Option<LiveUpdate> {
         let empty = |slot: &mut Slot| slot.update.is_none() && !slot.closed;
@@ -108,7 +104,7 @@ impl Desk {
     }
 }
 
-/// Draws every update that is left on the desk, until it is closed.
+/// Draws every update that is left on the desk, until it is closed; the last one too, for whoever comes later.
 pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
     let name = title.scenario.name.as_str().into();
     let mut run = RecordedRun {
@@ -122,9 +118,6 @@ pub(super) fn paint(desk: &Desk, board: &Board, title: Title) {
     while let Some(update) = desk.take() {
         let begun = Instant::now();
         take_in(&mut run, update);
-        if desk.is_closed() && !board.is_looked_at() {
-            return;
-        }
         let json = report_data(std::slice::from_ref(&run));
         board.put(std::sync::Arc::clone(&name), json.into());
         desk.rest((begun.elapsed() * REST).max(PAUSE));
