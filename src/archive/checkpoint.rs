@@ -84,6 +84,15 @@ pub fn paths(folder: &Path) -> [PathBuf; 2] {
     [names::CHECKPOINT, names::CHECKPOINT_BEFORE].map(|name| folder.join(name))
 }
 
+/// Makes a checkpoint of a seed its newest one, in the place of a newer one that is no good.
+///
+/// # Errors
+/// If it cannot be renamed.
+pub fn make_newest(path: &Path) -> Result<(), ArchiveError> {
+    let newest = path.with_file_name(names::CHECKPOINT);
+    fs::rename(path, &newest).map_err(ArchiveError::write(&newest))
+}
+
 /// Removes the checkpoints of a seed, which has ended or begins anew.
 ///
 /// # Errors
@@ -134,6 +143,14 @@ mod tests {
             }
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        // The newest is torn: the one before stays there until the next one is whole.
+        fs::write(&newest, "torn").unwrap();
+        make_newest(&before).unwrap();
+        checkpoint(4).write(folder.path()).unwrap();
+        assert_eq!(Checkpoint::read(&newest).unwrap(), checkpoint(4));
+        assert_eq!(Checkpoint::read(&before).unwrap(), checkpoint(2));
+        make_newest(&newest).unwrap();
+        assert_eq!(Checkpoint::read(&newest).unwrap(), checkpoint(4));
         remove(folder.path()).unwrap();
         remove(folder.path()).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);

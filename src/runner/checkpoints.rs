@@ -106,17 +106,21 @@ impl<'a> Checkpoints<'a> {
         &mut self,
         load: impl Fn(&Checkpoint) -> Result<T, String>,
     ) -> Option<(Checkpoint, T)> {
-        let found = self
-            .usable()
-            .find_map(|(path, checkpoint)| match load(&checkpoint) {
-                Ok(loaded) => Some((checkpoint, loaded)),
-                Err(reason) => {
-                    pass_over(&format!("{}: {reason}", path.display()));
-                    None
-                }
-            })?;
-        self.steps = found.0.steps;
-        Some(found)
+        let (path, checkpoint, loaded) =
+            self.usable()
+                .find_map(|(path, checkpoint)| match load(&checkpoint) {
+                    Ok(loaded) => Some((path, checkpoint, loaded)),
+                    Err(reason) => {
+                        pass_over(&format!("{}: {reason}", path.display()));
+                        None
+                    }
+                })?;
+        // What was passed over must not become the one before when the next is taken, in the place of this one.
+        if let Err(error) = checkpoint::make_newest(&path) {
+            warn!("{error}");
+        }
+        self.steps = checkpoint.steps;
+        Some((checkpoint, loaded))
     }
 
     /// Those that are there and belong to this trial, the newest first, read when they are asked for. Why another one is passed
