@@ -25,7 +25,7 @@ from ray.cluster_utils import Cluster
 
 GRID = {"shaping.potential": ["gcn", "heat"], "spectral.num_eigenpairs": [8, 16]}
 SEEDS = range(40)
-SET = {"run.episodes": 3000}
+SET = {"run.episodes": 20_000}
 SCENARIO = "four_rooms"
 
 
@@ -71,7 +71,11 @@ def a_node_is_killed(work: Path) -> None:
         swept = eigentrail.ray.sweep(SCENARIO, GRID, SEEDS, set=SET, out=out, chunk=4)
         seconds = time.perf_counter() - begun
         thread.join()
-        assert killed.is_set() and sum(node["Alive"] for node in ray.nodes()) == 2, "head and one node are left"
+        assert killed.is_set(), "a node was killed"
+        until = time.monotonic() + 60  # Ray's head hears of it late
+        while sum(node["Alive"] for node in ray.nodes()) > 2:
+            assert time.monotonic() < until, "head and one node are left"
+            time.sleep(0.1)
     same(work / "here", out)
     assert swept == json.loads((out / "summary.json").read_text())
     print(f"a node killed after 4 shards: {len(swept.trials)} trials complete after {seconds:.1f} s, equal to one machine")
