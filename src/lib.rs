@@ -86,6 +86,8 @@
 pub mod agent;
 #[cfg(feature = "runner")]
 pub mod archive;
+#[cfg(any(feature = "matrix-market", feature = "runner"))]
+mod disk;
 pub mod engine;
 pub mod env;
 pub mod error;
@@ -121,6 +123,9 @@ pub mod tensorboard;
 #[cfg(feature = "runner")]
 mod time_stamp;
 mod vector_state;
+
+#[cfg(all(test, feature = "cli"))]
+mod fault_tests;
 
 pub use agent::{Agent, AnyAgent};
 pub use engine::{

@@ -3,7 +3,7 @@
 use super::folder_kind::FolderKind;
 use super::names::{self, seed_folder_name};
 use super::shard::is_shard;
-use super::temporary::is_temporary;
+use crate::disk::{self, is_temporary};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -108,7 +108,7 @@ fn clear_level(folder: &Path, level: Level, extent: Extent) -> io::Result<()> {
         } else if is_temporary(name)
             || extent == Extent::Everything && (level.has_file(name) || is_link(&entry, inner))
         {
-            fs::remove_file(&path)?;
+            disk::remove_file(&path)?;
         }
     }
     Ok(())
@@ -121,7 +121,7 @@ fn is_link(entry: &fs::DirEntry, inner: Option<Level>) -> bool {
 
 /// Removes a folder, unless there is something in it.
 fn remove_empty(folder: &Path) -> io::Result<()> {
-    match fs::remove_dir(folder) {
+    match disk::remove_folder(folder) {
         Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => Err(error),
         _ => Ok(()),
     }

@@ -5,12 +5,12 @@
 
 use super::container::{Kind, pack, unpack};
 use super::error::ArchiveError;
-use super::files::write_atomically;
 use super::names;
+use crate::disk::{self, write_atomically};
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -60,14 +60,14 @@ impl Checkpoint {
         let bytes = pack(KIND, self);
         let bytes =
             bytes.map_err(|reason| ArchiveError::write(&newest)(io::Error::other(reason)))?;
-        let renamed = match fs::rename(&newest, &before) {
+        let renamed = match disk::rename(&newest, &before) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             other => other,
         };
         renamed.map_err(ArchiveError::write(&before))?;
         let written = write_atomically(&newest, |file| file.write_all(&bytes));
         written.map_err(ArchiveError::write(&newest))?;
-        sync_folder(folder).map_err(ArchiveError::write(folder))
+        disk::sync_folder(folder).map_err(ArchiveError::write(folder))
     }
 }
 
@@ -90,7 +90,7 @@ pub fn paths(folder: &Path) -> [PathBuf; 2] {
 /// If it cannot be renamed.
 pub fn make_newest(path: &Path) -> Result<(), ArchiveError> {
     let newest = path.with_file_name(names::CHECKPOINT);
-    fs::rename(path, &newest).map_err(ArchiveError::write(&newest))
+    disk::rename(path, &newest).map_err(ArchiveError::write(&newest))
 }
 
 /// Removes the checkpoints of a seed, which has ended or begins anew.
@@ -99,18 +99,11 @@ pub fn make_newest(path: &Path) -> Result<(), ArchiveError> {
 /// If one is there and cannot be removed.
 pub fn remove(folder: &Path) -> Result<(), ArchiveError> {
     for path in paths(folder) {
-        match fs::remove_file(&path) {
+        match disk::remove_file(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             removed => removed.map_err(ArchiveError::write(&path))?,
         }
     }
-    Ok(())
-}
-
-/// Waits until the names in a folder are on the disk.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    File::open(folder)?.sync_all()?;
     Ok(())
 }
 

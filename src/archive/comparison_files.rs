@@ -6,6 +6,7 @@ use super::files::{write_csv, write_json, write_text};
 use super::names;
 use super::result_columns::ResultColumns;
 use super::trial_record::TrialRecord;
+use crate::disk::create_subfolder;
 use crate::scenario::BASELINE;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -52,7 +53,9 @@ pub fn begin_comparison(
 /// # Errors
 /// If that is impossible.
 pub fn begin_arm(folder: &Path, resolved: &str) -> Result<(), ArchiveError> {
-    std::fs::create_dir_all(folder).map_err(ArchiveError::write(folder))?;
+    for folder in [folder.parent(), Some(folder)].into_iter().flatten() {
+        create_subfolder(folder).map_err(ArchiveError::write(folder))?;
+    }
     let path = folder.join(names::RESOLVED);
     write_text(&path, resolved).map_err(ArchiveError::write(&path))
 }

@@ -3,63 +3,17 @@
 //! A whole file is written beside its place and renamed onto it. A file that grows is handed to the operating system in
 //! whole lines or records, and cut back to the last whole one if that fails.
 
-pub use super::temporary::{TemporaryFolder, remove_temporaries};
+pub use crate::disk::{
+    DiskFile, TemporaryFolder, create_folders, remove_temporaries, try_out, write_atomically,
+};
 
-use super::temporary::Temporary;
 use crate::npy;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-/// Replaces `path` by what `fill` writes, or leaves it as it was. What is there and no plain file, such as a pipe or
-/// `/dev/stdout`, is written to as it is.
-pub fn write_atomically(
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> io::Result<()> {
-    if is_special(path) {
-        return write_through(&mut File::create(path)?, fill);
-    }
-    let mut file = Temporary::create(folder_of(path))?;
-    write_through(file.file(), fill)?;
-    file.file().sync_data()?;
-    file.persist(path)
-}
-
-fn write_through(
-    file: &mut File,
-    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut writer = BufWriter::new(file);
-    fill(&mut writer)?;
-    writer.flush()
-}
-
-/// Finds out whether [`write_atomically`] may succeed at `path`.
-///
-/// # Errors
-/// Why it will not.
-pub fn try_out(path: &Path) -> io::Result<()> {
-    match is_special(path) {
-        true => Ok(()),
-        false => tempfile::tempfile_in(folder_of(path)).map(drop),
-    }
-}
-
-/// Whether something is there that cannot be replaced by a file.
-fn is_special(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir())
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
-}
 
 /// Writes a text as it is.
 pub fn write_text(path: &Path, text: &str) -> io::Result<()> {
@@ -138,7 +92,7 @@ pub fn read_npy(path: &Path) -> io::Result<(Vec<usize>, Vec<f64>)> {
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,
-    file: File,
+    file: DiskFile,
     length: u64,
 }
 
@@ -147,7 +101,7 @@ impl GrowingFile {
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
             path: path.to_owned(),
-            file: File::create(path)?,
+            file: DiskFile::create(path)?,
             length: 0,
         })
     }
@@ -157,13 +111,12 @@ impl GrowingFile {
     /// # Errors
     /// If there is no such file, if it is shorter, or if it cannot be written to.
     pub fn go_on(path: &Path, length: u64) -> io::Result<Self> {
-        let mut file = File::options().write(true).open(path)?;
-        if file.metadata()?.len() < length {
+        let mut file = DiskFile::open(path)?;
+        if file.length()? < length {
             let what = format!("it has fewer than the {length} bytes that were written");
             return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
         }
-        file.set_len(length)?;
-        file.seek(io::SeekFrom::End(0))?;
+        file.set_length(length)?;
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -173,7 +126,7 @@ impl GrowingFile {
 
     /// Waits until all of it is on the disk. Its length.
     pub fn sync(&mut self) -> io::Result<u64> {
-        self.file.sync_data()?;
+        self.file.sync()?;
         Ok(self.length)
     }
 
@@ -190,7 +143,7 @@ impl GrowingFile {
     /// Writes `piece` behind what is there.
     pub fn append(&mut self, piece: &[u8]) -> io::Result<()> {
         if let Err(error) = self.file.write_all(piece) {
-            self.file.set_len(self.length)?;
+            self.file.set_length(self.length)?;
             return Err(error);
         }
         self.length += piece.len() as u64;
@@ -271,20 +224,6 @@ fn no_rows(file: &GrowingFile) -> csv::Writer<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_failed_write_leaves_the_old_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("x.txt");
-        std::fs::write(&path, "old").unwrap();
-        let result = write_atomically(&path, |file| {
-            file.write_all(b"new, but")?;
-            Err(io::Error::other("the disk is full"))
-        });
-        assert!(result.is_err());
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 
     #[test]
     fn what_cannot_be_read_is_not_written() {

@@ -17,7 +17,7 @@ use super::error::ArchiveError;
 use super::folder_kind::{FolderKind, is_comparison, is_run};
 use super::lock::{FolderLock, LOCK_FILE};
 use super::names::{self, seed_folder_name};
-use super::temporary::is_temporary;
+use crate::disk::{self, is_temporary};
 use crate::scenario::Loaded;
 use crate::time_stamp;
 use std::fs;
@@ -139,9 +139,9 @@ fn create(path: PathBuf) -> Result<PathBuf, ArchiveError> {
         return Err(ArchiveError::OutputExists { path });
     }
     if let Some(parent) = path.parent() {
-        fs::create_dir_all(parent).map_err(not_writable(&path))?;
+        disk::create_folders(parent).map_err(not_writable(&path))?;
     }
-    match fs::create_dir(&path) {
+    match disk::create_folder(&path) {
         Ok(()) => Ok(path),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             Err(ArchiveError::OutputExists { path })
@@ -169,7 +169,7 @@ fn adopt(kind: FolderKind, path: PathBuf, text: &str) -> Result<PathBuf, Archive
         let marker = kind.marker();
         return Err(ArchiveError::NotARunFolder { path, marker });
     }
-    fs::create_dir_all(&path).map_err(not_writable(&path))?;
+    disk::create_folders(&path).map_err(not_writable(&path))?;
     Ok(path)
 }
 

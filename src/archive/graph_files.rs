@@ -7,9 +7,9 @@
 //! | `policy.csv` | state: how often it was left, and the likeliest action there by number and name, with the advice of φ but not of a search (empty if none) |
 
 use super::error::ArchiveError;
-use super::files::write_atomically;
 use super::names;
 use super::rows::{GraphRow, PolicyRow};
+use crate::disk::write_atomically;
 use std::io::Write;
 use std::path::Path;
 

@@ -3,7 +3,8 @@
 //! The file `.eigentrail.lock` is there while a program writes to the folder, and locked. The lock goes with the program,
 //! however that ends; a file that stays behind without one means nothing.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use crate::disk::{self, DiskFile};
+use std::fs::TryLockError;
 use std::io;
 use std::path::{Path, PathBuf};
 use tracing::warn;
@@ -15,7 +16,7 @@ pub(super) const LOCK_FILE: &str = ".eigentrail.lock";
 #[derive(Debug)]
 pub struct FolderLock {
     path: PathBuf,
-    _file: File,
+    _file: DiskFile,
 }
 
 impl FolderLock {
@@ -26,12 +27,7 @@ impl FolderLock {
     pub fn take(folder: &Path) -> io::Result<Option<Self>> {
         let path = folder.join(LOCK_FILE);
         loop {
-            let mut options = OpenOptions::new();
-            let file = options
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path)?;
+            let file = DiskFile::open_or_create(&path)?;
             match file.try_lock() {
                 // Else whoever had it has just removed it.
                 Ok(()) if !is_at(&file, &path) => continue,
@@ -49,28 +45,32 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path); // without a lock it means nothing
+        let _ = disk::remove_file(&self.path); // without a lock it means nothing
     }
 }
 
 /// Whether the open file is the one at `path`.
 #[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
+fn is_at(file: &DiskFile, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
-    let place = |m: fs::Metadata| (m.dev(), m.ino());
-    let (open, there) = (file.metadata().map(place), fs::metadata(path).map(place));
+    let place = |m: std::fs::Metadata| (m.dev(), m.ino());
+    let (open, there) = (
+        file.metadata().map(place),
+        std::fs::metadata(path).map(place),
+    );
     matches!((open, there), (Ok(open), Ok(there)) if open == there)
 }
 
 /// Elsewhere an open file cannot be removed.
 #[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> bool {
+fn is_at(_: &DiskFile, _: &Path) -> bool {
     true
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn one_at_a_time() {

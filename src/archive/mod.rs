@@ -36,7 +36,6 @@ mod snapshots;
 mod summary;
 mod sweep;
 mod sweep_files;
-mod temporary;
 mod trial_record;
 
 pub use bounded::BoundedEpisodes;

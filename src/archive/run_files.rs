@@ -73,6 +73,12 @@ impl RunFolder {
         self.is_resumed() && (has(names::RESOLVED) || has(names::SUMMARY))
     }
 
+    /// Whether the run in the folder ended, and got to say so.
+    pub fn is_noted_as_finished(&self) -> bool {
+        let info = read_json::<RunInfo>(&self.file(names::RUN));
+        self.is_resumed() && info.is_ok_and(|info| info.status == RunStatus::Finished)
+    }
+
     /// The summary in the folder, if `scenario` is the one that began the run; a new one if there is none yet.
     ///
     /// # Errors

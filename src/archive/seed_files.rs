@@ -10,9 +10,10 @@
 //! | `eigenvectors.npy` | state of the last refresh × eigenvector: orthonormal columns, eigenvalues ascending |
 
 use super::error::ArchiveError;
-use super::files::{Table, read_npy, write_atomically, write_npy};
+use super::files::{Table, read_npy, write_npy};
 use super::names;
 use super::rows::{EpisodeRow, RefreshRow};
+use crate::disk::{self, write_atomically};
 use faer::MatRef;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -46,7 +47,7 @@ impl SeedTables {
     /// # Errors
     /// If that is impossible.
     pub fn create(folder: &Path) -> Result<Self, ArchiveError> {
-        std::fs::create_dir_all(folder).map_err(ArchiveError::write(folder))?;
+        disk::create_subfolder(folder).map_err(ArchiveError::write(folder))?;
         let table = |name: &str| {
             let path = folder.join(name);
             Table::create(&path).map_err(ArchiveError::write(&path))

@@ -13,6 +13,7 @@ use super::error::ArchiveError;
 use super::files::{read_json, write_compact_json};
 use super::names::seed_folder_name;
 use super::trial_record::{TrialRecord, fnv1a};
+use crate::disk;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
@@ -37,7 +38,7 @@ impl Shard {
     /// # Errors
     /// If that is impossible.
     pub fn write(&self, folder: &Path) -> Result<(), ArchiveError> {
-        fs::create_dir_all(folder).map_err(ArchiveError::write(folder))?;
+        disk::create_subfolder(folder).map_err(ArchiveError::write(folder))?;
         let path = folder.join(self.file_name());
         write_compact_json(&path, self).map_err(ArchiveError::write(&path))
     }

@@ -6,8 +6,8 @@ use super::names;
 use super::result_columns::ResultColumns;
 use super::sweep::{PointSummary, Sweep, Swept};
 use super::trial_record::TrialRecord;
+use crate::disk;
 use serde::Serialize;
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -40,7 +40,7 @@ pub fn begin_point(folder: &Path, resolved: &str) -> Result<(), ArchiveError> {
 pub fn unwrite_sweep(folder: &Path) -> Result<(), ArchiveError> {
     for name in [names::SUMMARY, names::SWEEP_TRIALS, names::TIMINGS] {
         let path = folder.join(name);
-        match fs::remove_file(&path) {
+        match disk::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(ArchiveError::write(&path)(error));
             }

@@ -5,7 +5,7 @@ use super::{Ending, Interrupted, require_replaceable, require_writable_folder, w
 use crate::output::print;
 use anyhow::{Context, Result, bail};
 use eigentrail::archive::RecordedRun;
-use eigentrail::archive::files::TemporaryFolder;
+use eigentrail::archive::files::{self, TemporaryFolder};
 use eigentrail::error::Error;
 use eigentrail::report::{PaperRuns, counterparts, figures_page};
 use eigentrail::runner::Watch;
@@ -62,7 +62,7 @@ pub fn write_all(out: &Path, seeds: u64, sets: &[String], watch: Watch<'_>) -> R
     if watch.stop.load(Ordering::Relaxed) {
         bail!(Interrupted);
     }
-    std::fs::create_dir_all(out).with_context(|| format!("{}: cannot make it", out.display()))?;
+    files::create_folders(out).with_context(|| format!("{}: cannot make it", out.display()))?;
     for figure in &figures {
         write_text(&out.join(picture(figure.number)), &figure.svg)?;
     }

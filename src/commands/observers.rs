@@ -50,6 +50,11 @@ impl RunObserver for EventKeeper {
         self.log.flush().map_err(write_error(&self.path))
     }
 
+    fn ended(&mut self, _: &dyn RunState) -> Result<(), ArchiveError> {
+        self.log.sync().map_err(write_error(&self.path))?;
+        Ok(())
+    }
+
     fn save(&mut self) -> Result<Option<SavedObserver>, ArchiveError> {
         let length = self.log.sync().map_err(write_error(&self.path))?;
         Ok(save(NAME, &length))

@@ -25,8 +25,7 @@ pub use graph::write_graph;
 pub use source::{Source, SourceSeed};
 pub use table::{Column, Table};
 
-use crate::archive::files::write_atomically;
-use std::fs;
+use crate::disk::{self, write_atomically};
 use std::path::{Path, PathBuf};
 
 /// Format of an export.
@@ -100,7 +99,7 @@ pub fn export(
 /// One file for each table.
 fn tables(source: &Source, format: Format, out: &Path) -> Result<Vec<PathBuf>, ExportError> {
     let tables = source.tables()?;
-    fs::create_dir_all(out).map_err(ExportError::write(out))?;
+    disk::create_folders(out).map_err(ExportError::write(out))?;
     let files = tables.iter().map(|table| {
         let path = out.join(format!("{}.{}", table.name, extension(format)));
         write_atomically(&path, |file| match format {

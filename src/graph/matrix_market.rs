@@ -33,6 +33,7 @@ mod header;
 pub use error::{MatrixMarketError, MatrixMarketFault};
 
 use super::Adjacency;
+use crate::disk::write_atomically;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -86,12 +87,5 @@ pub fn write(out: impl Write, graph: &Adjacency) -> io::Result<()> {
 /// # Errors
 /// Why the file cannot be written.
 pub fn save(path: impl AsRef<Path>, graph: &Adjacency) -> io::Result<()> {
-    let folder = path
-        .as_ref()
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-    write(file.as_file(), graph)?;
-    file.persist(path)?;
-    Ok(())
+    write_atomically(path.as_ref(), |file| write(file, graph))
 }

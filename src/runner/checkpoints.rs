@@ -8,10 +8,10 @@ use super::observer::Observers;
 use super::trial::Trial;
 use crate::archive::checkpoint::{self, without_intervals};
 use crate::archive::{ArchiveError, Checkpoint};
+use crate::disk;
 use crate::scenario::Scenario;
 use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tracing::{debug, warn};
@@ -85,7 +85,7 @@ impl<'a> Checkpoints<'a> {
                 run: ByteBuf::from(run),
                 observers: saved,
             };
-            let made = fs::create_dir_all(&self.folder);
+            let made = disk::create_subfolder(&self.folder);
             made.map_err(|error| error.to_string())?;
             checkpoint
                 .write(&self.folder)

@@ -90,7 +90,10 @@ pub fn run(
     let folder = RunFolder::open(request.out.as_deref(), loaded, request.existing)?;
     let begun = folder.has_begun();
     let summary = folder.summary(scenario)?;
-    if let Some(seeds) = all_finished(&summary, &request.seeds) {
+    // Killed in its last moments, it has something left to do though every result is there.
+    if folder.is_noted_as_finished()
+        && let Some(seeds) = all_finished(&summary, &request.seeds)
+    {
         return Ok(RunOutcome {
             seeds,
             finished: true,
@@ -148,10 +151,11 @@ fn run_missing(
 ) -> Result<Vec<SeedOutcome>, RunnerError> {
     let summary = || summary.lock().unwrap_or_else(PoisonError::into_inner);
     let one = |&seed: &u64| -> Result<SeedOutcome, RunnerError> {
+        let seed_folder = folder.seed(seed);
         if let Some(before) = finished_before(&summary(), seed) {
+            checkpoint::remove(&seed_folder)?; // a kill may have come before they were removed
             return Ok(before);
         }
-        let seed_folder = folder.seed(seed);
         let outcome = run_seed(loaded, seed, &seed_folder, folder.is_resumed(), watch)?;
         let mut summary = summary();
         summary.put(outcome.result.clone(), outcome.timing);

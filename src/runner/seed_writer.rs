@@ -6,6 +6,7 @@ use crate::archive::{
     ArchiveError, Checkpoint, SeedTables, TableLengths, names, write_actions, write_graph,
     write_matrix, write_policy, write_potential, write_snapshots, write_states,
 };
+use crate::disk;
 use crate::shaping::Potential;
 use std::path::{Path, PathBuf};
 
@@ -79,6 +80,7 @@ impl RunObserver for SeedWriter {
     }
 
     fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
+        self.tables.sync()?; // before anything says that the seed has ended
         let known = run.knowledge();
         let potential: Vec<f64> = known.states().map(|s| known.potential.value(s)).collect();
         write_potential(&self.folder, &potential)?;
@@ -131,7 +133,7 @@ impl RunObserver for SightsWriter {
     }
 
     fn ended(&mut self, run: &dyn RunState) -> Result<(), ArchiveError> {
-        std::fs::create_dir_all(&self.folder).map_err(ArchiveError::write(&self.folder))?;
+        disk::create_subfolder(&self.folder).map_err(ArchiveError::write(&self.folder))?;
         let known = run.knowledge();
         let labels = known.states().map(|state| (known.label)(state));
         write_states(&self.folder, known.columns(), labels)?;

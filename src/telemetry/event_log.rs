@@ -5,13 +5,13 @@
 //! written when an event happens and when a span closes:
 //! `{"time":…,"level":…,"name":"spectrum_refresh","step":…,"nodes":…,…,"elapsed_ms":…}`.
 
+use crate::disk::DiskFile;
 use crate::time_stamp;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::fmt;
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -36,7 +36,7 @@ struct Shared {
 
 /// A file, and the first error that writing to it met.
 #[derive(Clone, Debug)]
-struct Sink(Arc<Mutex<(BufWriter<File>, Option<io::Error>)>>);
+struct Sink(Arc<Mutex<(BufWriter<DiskFile>, Option<io::Error>)>>);
 
 /// The open event file of one seed; dropping it closes the file.
 #[derive(Debug)]
@@ -49,22 +49,17 @@ pub struct SeedLog {
 impl EventLog {
     /// Creates the file of one seed.
     pub fn open(&self, path: &Path) -> io::Result<SeedLog> {
-        Ok(self.keep(File::create(path)?))
+        Ok(self.keep(DiskFile::create(path)?))
     }
 
     /// Goes on behind the first `length` bytes of the file of one seed; what of them is gone is not missed.
     pub fn go_on(&self, path: &Path, length: u64) -> io::Result<SeedLog> {
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(path)?;
-        file.set_len(length.min(file.metadata()?.len()))?;
-        (&file).seek(io::SeekFrom::End(0))?;
+        let mut file = DiskFile::open_or_create(path)?;
+        file.set_length(length.min(file.length()?))?;
         Ok(self.keep(file))
     }
 
-    fn keep(&self, file: File) -> SeedLog {
+    fn keep(&self, file: DiskFile) -> SeedLog {
         let writer = BufWriter::new(file);
         let sink = Sink(Arc::new(Mutex::new((writer, None))));
         let number = self.shared.next.fetch_add(1, Ordering::Relaxed);
@@ -96,9 +91,10 @@ impl SeedLog {
     /// As [`flush`](Self::flush).
     pub fn sync(&self) -> io::Result<u64> {
         self.flush()?;
-        let file = &locked(&self.sink.0).0;
-        file.get_ref().sync_data()?;
-        Ok(file.get_ref().metadata()?.len())
+        let mut sink = locked(&self.sink.0);
+        let file = sink.0.get_mut();
+        file.sync()?;
+        file.length()
     }
 
     /// Brings what was logged so far to the file.

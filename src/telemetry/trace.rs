@@ -1,21 +1,21 @@
 //! The file of a Chrome trace. A disk that is full ends the trace, not the program.
 
 use super::stderr::say;
-use std::fs::File;
+use crate::disk::DiskFile;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Takes everything, and writes it until that fails for the first time.
 pub(super) struct TraceFile {
     path: PathBuf,
-    file: Option<File>,
+    file: Option<DiskFile>,
 }
 
 impl TraceFile {
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
             path: path.to_owned(),
-            file: Some(File::create(path)?),
+            file: Some(DiskFile::create(path)?),
         })
     }
 }

@@ -201,7 +201,10 @@ impl RunObserver for TensorBoardWriter {
         let mut summary = Summary::default();
         picture(&mut summary, &run.knowledge());
         self.write(run.steps(), &summary)?;
-        self.flush()
+        self.flush()?;
+        let synced = self.file.sync();
+        synced.map_err(ArchiveError::write(self.file.path()))?;
+        Ok(())
     }
 }
 

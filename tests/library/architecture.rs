@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Parts that any part may use.
-const COMMON: [&str; 7] = [
+const COMMON: [&str; 8] = [
+    "disk",
     "memory",
     "npy",
     "parameter",

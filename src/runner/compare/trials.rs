@@ -4,11 +4,12 @@
 //! leaves, at its end, what its page needs to draw φ, the eigenvectors and the policy.
 
 use super::Field;
-use crate::archive::checkpoint::without_intervals;
+use crate::archive::checkpoint::{self, without_intervals};
 use crate::archive::{
     ArchiveError, Existing, SeedResult, TrialRecord, TrialResult, TrialsByArm, begin_arm,
     scenario_hash, seed_folder_name, trial_file_name,
 };
+use crate::disk;
 use crate::runner::checkpoints::Checkpoints;
 use crate::runner::error::RunnerError;
 use crate::runner::observer::Observers;
@@ -59,16 +60,25 @@ impl Field<'_> {
         seed: u64,
     ) -> Result<Option<TrialRecord>, RunnerError> {
         let path = folder.join(trial_file_name(seed));
+        let seed_folder = folder.join(seed_folder_name(seed));
+        let first = seed == self.request.seeds[0];
+        let keep = first.then_some(seed_folder.as_path());
+        // Until its record is on the disk, a trial has not ended.
+        let remove_checkpoints = || {
+            checkpoint::remove(&seed_folder)?;
+            if keep.is_none() {
+                let _ = disk::remove_folder(&seed_folder); // there for checkpoints alone; whoever put more into it keeps it
+            }
+            Ok::<_, RunnerError>(())
+        };
         if let Some(trial) = TrialRecord::finished(&path, hash) {
+            remove_checkpoints()?; // a kill may have come before they were removed
             (self.watch.on_trial)(&arm.name, &trial);
             return Ok(Some(trial));
         }
         if self.watch.stop.load(Ordering::Relaxed) {
             return Ok(None); // before the optimum is worked out, which may take its time
         }
-        let seed_folder = folder.join(seed_folder_name(seed));
-        let first = seed == self.request.seeds[0];
-        let keep = first.then_some(seed_folder.as_path());
         let (scenario, worlds) = (&arm.scenario, &self.loaded.worlds);
         let mut checkpoints = Checkpoints::new(scenario, seed, &seed_folder);
         let resumed = match self.request.existing {
@@ -93,10 +103,7 @@ impl Field<'_> {
             return Ok(None);
         };
         trial.write(&path)?;
-        checkpoints.remove()?; // only now: until its record is on the disk, a trial has not ended
-        if keep.is_none() {
-            let _ = std::fs::remove_dir(&seed_folder); // there for checkpoints alone; whoever put more into it keeps it
-        }
+        remove_checkpoints()?;
         (self.watch.on_trial)(&arm.name, &trial);
         Ok(Some(trial))
     }
