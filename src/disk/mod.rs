@@ -19,6 +19,8 @@ use std::path::Path;
 pub(crate) enum Operation {
     Create,
     Open,
+    /// What else writes need not be told.
+    #[cfg(test)]
     Write,
     SetLength,
     Sync,

@@ -4,14 +4,17 @@
 #![cfg(unix)]
 
 use crate::program::{Program, path_graph, until};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 const QUICK: &str = "name = \"quick\"\n[env]\nrows = 4\ncols = 4\n[spectral]\nnum_eigenpairs = 4\n[run]\nepisodes = 200\n";
@@ -107,19 +110,38 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     for path in files_below(folder) {
         let name = path.strip_prefix(folder).unwrap().to_str().unwrap();
         let last = path.file_name().unwrap().to_str().unwrap();
-        let has_clock = ["run.json", "arms.json", "report.html", "timings.csv"].contains(&last)
+        let has_clock = [
+            "run.json",
+            "arms.json",
+            "sweep.json",
+            "report.html",
+            "timings.csv",
+        ]
+        .contains(&last)
             || last.starts_with("events.");
         if !has_clock {
             let mut bytes = fs::read(&path).unwrap();
             if last.ends_with(".json") && last != "snapshots.json" {
                 let mut value: Value = serde_json::from_slice(&bytes).unwrap();
-                value.as_object_mut().unwrap().remove("timing");
+                remove_timing(&mut value);
                 bytes = value.to_string().into_bytes();
             }
             results.insert(name.to_owned(), bytes);
         }
     }
     results
+}
+
+/// Clock readings stand in objects of their own.
+fn remove_timing(value: &mut Value) {
+    match value {
+        Value::Object(fields) => {
+            fields.remove("timing");
+            fields.values_mut().for_each(remove_timing);
+        }
+        Value::Array(values) => values.iter_mut().for_each(remove_timing),
+        _ => {}
+    }
 }
 
 fn is_filled(path: &Path) -> bool {
@@ -259,6 +281,52 @@ mod signals {
             }
         }
         assert!(ended > 0, "no signal came in time");
+    }
+
+    /// Killed again and again, at moments drawn from as long as the whole takes, and gone on with each time.
+    /// `EIGENTRAIL_KILLS=240` kills as often as that, instead of a few times, and prints what was killed how often.
+    #[test]
+    fn whatever_is_killed_again_and_again_ends_with_the_same_bytes() {
+        let wanted = std::env::var("EIGENTRAIL_KILLS").map_or(9, |kills| kills.parse().unwrap());
+        let place = Place::new();
+        let text = QUICK.replace("200", "1000") + "checkpoint_every_steps = 200\n";
+        place.file("quick.toml", &text);
+        let lines = [
+            "run quick.toml --seeds 0..2 --resume --out",
+            "compare quick.toml --seeds 0..3 --arms gcn,heat --no-report --resume --out",
+            "sweep quick.toml --grid agent.gamma=0.9,1 --seeds 0..3 --out",
+        ];
+        for (number, line) in lines.into_iter().enumerate() {
+            let begun = Instant::now();
+            place.ends_with(&format!("{line} whole-{number}"), 0);
+            let takes = begun.elapsed();
+            let whole = results(&place.path(&format!("whole-{number}")));
+            let wanted = (wanted + number) / lines.len();
+            let (mut kills, mut rounds) = (0, 0);
+            let mut moments = ChaCha8Rng::seed_from_u64(number as u64);
+            while kills < wanted || place.path("o").exists() {
+                let child = place.spawn(&format!("{line} o"));
+                std::thread::sleep(takes.mul_f64(moments.random_range(0.0..0.7)));
+                if kills < wanted {
+                    send(&child, "KILL"); // it may have ended by itself
+                }
+                let ended = child.wait_with_output().unwrap();
+                if ended.status.signal() == Some(9) {
+                    kills += 1;
+                    continue;
+                }
+                let stderr = String::from_utf8_lossy(&ended.stderr);
+                assert_eq!(ended.status.code(), Some(0), "{line}: {stderr}");
+                assert_eq!(
+                    results(&place.path("o")),
+                    whole,
+                    "{line} after {kills} kills"
+                );
+                rounds += 1;
+                fs::remove_dir_all(place.path("o")).unwrap();
+            }
+            println!("{line}: {kills} kills, {rounds} times to its end");
+        }
     }
 
     #[test]
