@@ -126,6 +126,9 @@ mod vector_state;
 
 #[cfg(all(test, feature = "cli"))]
 mod fault_tests;
+#[cfg(all(any(test, fuzzing), feature = "cli"))]
+#[allow(missing_docs, clippy::disallowed_methods)]
+pub mod fuzzing;
 
 pub use agent::{Agent, AnyAgent};
 pub use engine::{

@@ -48,7 +48,17 @@ impl Checkpoint {
     pub fn read(path: &Path) -> Result<Self, ArchiveError> {
         let bytes =
             fs::read(path).map_err(|error| ArchiveError::damaged(path, error.to_string()))?;
-        unpack(KIND, &bytes).map_err(|reason| ArchiveError::damaged(path, reason))
+        Self::of_bytes(&bytes).map_err(|reason| ArchiveError::damaged(path, reason))
+    }
+
+    pub(crate) fn of_bytes(bytes: &[u8]) -> Result<Self, String> {
+        unpack(KIND, bytes)
+    }
+
+    /// What another program may have put behind a right checksum.
+    #[cfg(any(test, fuzzing))]
+    pub(crate) fn of_payload(payload: &[u8]) -> Result<Self, String> {
+        Self::of_bytes(&super::container::framed(KIND, payload))
     }
 
     /// Makes it the newest one in the folder of its seed; the one that was the newest becomes the one before.

@@ -29,13 +29,25 @@ pub fn pack(kind: Kind, object: &impl Serialize) -> Result<Vec<u8>, String> {
     let mut bytes = vec![0; HEADER];
     let written = rmp_serde::encode::write(&mut bytes, object);
     written.map_err(|error| format!("cannot be written down: {error}"))?;
+    write_header(kind, &mut bytes);
+    Ok(bytes)
+}
+
+/// A payload in its container.
+#[cfg(any(test, fuzzing))]
+pub(super) fn framed(kind: Kind, payload: &[u8]) -> Vec<u8> {
+    let mut bytes = [&[0; HEADER], payload].concat();
+    write_header(kind, &mut bytes);
+    bytes
+}
+
+fn write_header(kind: Kind, bytes: &mut [u8]) {
     let (header, payload) = bytes.split_at_mut(HEADER);
     header[..8].copy_from_slice(MAGIC);
     header[8..12].copy_from_slice(kind.letters);
     header[12..16].copy_from_slice(&kind.version.to_le_bytes());
     header[16..20].copy_from_slice(&crc32c::crc32c(payload).to_le_bytes());
     header[20..28].copy_from_slice(&(payload.len() as u64).to_le_bytes());
-    Ok(bytes)
 }
 
 /// The object that was packed as `kind`.

@@ -36,5 +36,11 @@ pub use live_view::LiveView;
 pub use painter::Title;
 pub use server::Server;
 
+/// Reads bytes from outside as a request.
+#[cfg(any(test, fuzzing))]
+pub(crate) fn read_any_request(mut bytes: &[u8], local: bool) {
+    let _ = http::read_request(&mut bytes, local);
+}
+
 #[cfg(test)]
 mod tests;
