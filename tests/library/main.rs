@@ -21,6 +21,7 @@ mod potentials;
 mod scenarios;
 mod search_by_value;
 mod shaping_invariance;
+mod simulator;
 mod spectrum_growth;
 mod spectrum_oracle;
 mod starts;
