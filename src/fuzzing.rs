@@ -17,8 +17,11 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use tempfile::TempDir;
 
-/// Name and entry of each target.
-pub const TARGETS: [(&str, fn(&[u8])); 8] = [
+/// Name and entry.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// All of them.
+pub const TARGETS: [Target; 8] = [
     ("scenario", scenario),
     ("setting", setting),
     ("map", map),

@@ -87,6 +87,8 @@ pub mod agent;
 #[cfg(feature = "runner")]
 pub mod archive;
 #[cfg(any(feature = "matrix-market", feature = "runner"))]
+#[cfg_attr(not(feature = "runner"), allow(dead_code, unused_imports))]
+// a graph is saved, and no more
 mod disk;
 pub mod engine;
 pub mod env;

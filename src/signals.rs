@@ -114,6 +114,7 @@ fn on_each(mut act: impl FnMut(u8) + Send + 'static) -> std::io::Result<()> {
 
 /// Whether whoever started the program wants it to outlive this signal, as `nohup` does.
 #[cfg(unix)]
+#[allow(unsafe_code, reason = "the standard library does not tell of signals")]
 fn is_ignored(signal: i32) -> bool {
     // SAFETY: all fields of a `sigaction` may be zero; without a new action the call only fills in the present one.
     unsafe {

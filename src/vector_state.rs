@@ -6,6 +6,7 @@
 
 /// Clears the upper halves of the vector registers of the calling thread; nothing on other processors.
 #[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code, reason = "an instruction that only some processors have")]
 pub(crate) fn clear_upper_halves() {
     #[target_feature(enable = "avx")]
     fn zero_upper() {

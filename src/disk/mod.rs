@@ -3,6 +3,11 @@
 //! Files and folders are made, written, renamed and removed here and nowhere else (`clippy.toml` sees to it), so that tests can let
 //! each of these operations fail, or be the last one of a program that is killed. Whoever only reads has no need of this.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "they are called here so that they are called nowhere else"
+)]
+
 #[cfg(test)]
 pub(crate) mod faults;
 mod temporary;

@@ -18,6 +18,7 @@
 //! | `tracker` | [`GrowingEigensolver`], its routes; [`track`](fn@track), [`procrustes`](fn@procrustes) |
 
 #![deny(missing_docs)]
+#![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod block;

@@ -35,6 +35,7 @@ pub fn allocations() -> u64 {
     ALLOCATIONS.get()
 }
 
+#[allow(unsafe_code, reason = "allocators are")]
 // SAFETY: hands everything on to the system's allocator; the counters are a plain cell of the thread and an atomic number.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
