@@ -14,7 +14,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-const KIND: Kind = Kind {
+pub(crate) const KIND: Kind = Kind {
     letters: b"CKPT",
     version: 1,
 };

@@ -31,6 +31,16 @@ pub enum PipelineError {
         /// How many there are.
         num_actions: usize,
     },
+    /// The environment has another number of actions than the pipeline was made for.
+    #[error(
+        "the environment has {actual} actions and the pipeline was made for {expected}: make both of one environment"
+    )]
+    NumActions {
+        /// Of the pipeline.
+        expected: usize,
+        /// Of the environment.
+        actual: usize,
+    },
     /// A step was told of while no episode was under way.
     #[error("step {step}: no episode is under way; call begin_episode after each reset")]
     NoEpisode {

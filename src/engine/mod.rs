@@ -65,7 +65,7 @@ pub struct Engine<E: Environment, A> {
 pub type DiscoveryHook<S> = Box<dyn Fn(&S) -> f64 + Send>;
 
 impl<E: Environment, A: Agent> Engine<E, A> {
-    /// Joins the three, which must agree on the number of actions.
+    /// Joins the three, which must agree on the number of actions: else the first step is an error.
     pub fn new(env: E, pipeline: ShapingPipeline<E::State>, agent: A) -> Self {
         Self {
             env,
@@ -132,13 +132,17 @@ impl<E: Environment, A: Agent> Engine<E, A> {
     ///
     /// # Errors
     /// As [`Walker::observe`]; [`PipelineError::Diverged`] at the end of an episode whose TD errors were no numbers any
-    /// more. The episode is then abandoned, and the next step begins a new one.
+    /// more. The episode is then abandoned, and the next step begins a new one. [`PipelineError::NumActions`] if the environment has
+    /// others than the pipeline was made for.
+    ///
+    /// # Panics
+    /// If the environment does. Of that step nothing is known then, and whoever catches the panic may go on with the episode.
     pub fn step(
         &mut self,
         on_refresh: impl FnMut(&RefreshRecord, &ShapingPipeline<E::State>),
     ) -> Result<Option<EpisodeRecord>, PipelineError> {
         if self.under_way.is_none() {
-            self.begin_episode();
+            self.begin_episode()?;
         }
         let status = match self.step_on(on_refresh) {
             Ok(status) => status,
@@ -200,11 +204,17 @@ impl<E: Environment, A: Agent> Engine<E, A> {
         Ok(step.status)
     }
 
-    fn begin_episode(&mut self) {
+    fn begin_episode(&mut self) -> Result<(), PipelineError> {
+        let expected = self.pipeline.transitions().num_actions();
+        let actual = self.env.num_actions();
+        if actual != expected {
+            return Err(PipelineError::NumActions { expected, actual });
+        }
         let start = self.env.reset();
         let state = self.pipeline.begin_episode(&start);
         self.tell(state);
         self.under_way = Some(self.begin_record());
+        Ok(())
     }
 
     /// Logs what is rare.

@@ -226,6 +226,36 @@ fn a_seed_whose_files_are_gone_begins_anew() {
     assert_eq!(results(&out), results(&plain));
 }
 
+/// Checkpoints that earlier programs have written are gone on from. Where the form of a checkpoint changes, its version does, the file of
+/// the old one stays, and `EIGENTRAIL_FIXTURE=write` adds the new one.
+#[test]
+fn checkpoints_of_earlier_formats_are_gone_on_from() {
+    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/checkpoints");
+    let loaded = load(WORLDS[0], &["run.checkpoint_every_steps=100"]);
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("plain");
+    let whole = play(&loaded, &plain, End::Never).1.unwrap();
+    let out = folder.path().join("out");
+    play(&loaded, &out, End::Stop(2));
+    let here = out.join("seed-0003").join(names::CHECKPOINT);
+    let newest = kept.join(format!("version-{}", checkpoint::KIND.version));
+    if std::env::var("EIGENTRAIL_FIXTURE").is_ok_and(|what| what == "write") {
+        fs::copy(&here, &newest).unwrap();
+    }
+    assert!(newest.is_file(), "the present format is among them");
+    for entry in fs::read_dir(&kept).unwrap() {
+        let path = entry.unwrap().path();
+        let earlier = Checkpoint::read(&path).unwrap();
+        let scenario = &loaded.scenario;
+        let mut trial = trial::resume(scenario, &loaded.worlds, 3, &earlier.run).unwrap();
+        assert_eq!(trial.steps(), earlier.steps);
+        assert!(earlier.steps > 0 && earlier.steps < whole.steps);
+        let stop = AtomicBool::new(false);
+        trial::play(&mut *trial, &stop, &mut Vec::new(), None).unwrap();
+        assert_eq!(trial.result(), whole, "{}", path.display());
+    }
+}
+
 #[test]
 fn a_comparison_goes_on_within_its_trials() {
     let folder = tempfile::tempdir().unwrap();

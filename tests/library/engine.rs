@@ -506,6 +506,88 @@ impl Agent for Diverging {
     }
 }
 
+/// A world with faults of its own: it panics at some steps, or pretends to have other actions.
+struct Faulty {
+    world: GridWorld,
+    steps: u32,
+    panics_every: u32,
+    num_actions: usize,
+}
+
+impl Environment for Faulty {
+    type State = Cell;
+
+    fn num_actions(&self) -> usize {
+        self.num_actions
+    }
+
+    fn reset(&mut self) -> Cell {
+        self.world.reset()
+    }
+
+    fn step(&mut self, action: Action) -> Step<Cell> {
+        self.steps += 1;
+        assert!(
+            !self.steps.is_multiple_of(self.panics_every),
+            "out of order"
+        );
+        self.world.step(action)
+    }
+}
+
+fn faulty(panics_every: u32, num_actions: usize) -> Engine<Faulty, AnyAgent> {
+    let world = Faulty {
+        world: open(4),
+        steps: 0,
+        panics_every,
+        num_actions,
+    };
+    let pipeline = ShapingPipeline::new(&PipelineParams::default(), 4, None, 0).unwrap();
+    Engine::new(world, pipeline, agent(0))
+}
+
+/// Whoever catches the panics of an environment goes on: nothing is made of the steps that did not happen.
+#[test]
+fn an_environment_that_panics_leaves_an_engine_that_goes_on() {
+    let mut engine = faulty(17, 4);
+    let (mut panics, mut episodes) = (0, 0);
+    while episodes < 60 {
+        let stepped =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| engine.step(|_, _| ())));
+        match stepped {
+            Ok(record) => episodes += u32::from(record.unwrap().is_some()),
+            Err(_) => panics += 1,
+        }
+    }
+    assert!(panics > 10, "{panics}");
+    let graph = engine.pipeline().transitions();
+    let tries: u32 = (0..graph.num_states() as u32)
+        .flat_map(|state| (0..4).map(move |action| (StateId(state), Action(action))))
+        .map(|(state, action)| graph.tries(state, action))
+        .sum();
+    assert_eq!(
+        u64::from(tries),
+        engine.steps(),
+        "each step that happened is known, and no other"
+    );
+    assert!(
+        graph.adjacency().num_edges() <= 24,
+        "a grid of 4 × 4 has no more"
+    );
+    let last = engine.pipeline().potential().values();
+    assert!(last.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn an_environment_with_other_actions_is_refused() {
+    for num_actions in [3, 5] {
+        let error = faulty(u32::MAX, num_actions).step(|_, _| ()).unwrap_err();
+        let said =
+            format!("the environment has {num_actions} actions and the pipeline was made for 4");
+        assert!(error.to_string().starts_with(&said), "{error}");
+    }
+}
+
 #[test]
 fn an_agent_whose_values_diverge_ends_the_run() {
     let params = params(PotentialKind::None, ExplorationKind::None);
