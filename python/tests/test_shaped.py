@@ -19,14 +19,14 @@ from gymnasium.wrappers import RecordEpisodeStatistics
 from minigrid.wrappers import ReseedWrapper
 
 MINIGRID = [
-    "MiniGrid-Empty-5x5-v0",
+    "MiniGrid-Empty-8x8-v0",
     "MiniGrid-FourRooms-v0",
     "MiniGrid-DoorKey-5x5-v0",
     "MiniGrid-DoorKey-8x8-v0",
     "MiniGrid-MultiRoom-N4-S5-v0",
     "MiniGrid-MultiRoom-N6-v0",
     "MiniGrid-KeyCorridorS3R3-v0",
-    "MiniGrid-LavaGapS5-v0",
+    "MiniGrid-LavaGapS7-v0",
     "MiniGrid-DistShift1-v0",
 ]
 WORLDS = [("FrozenLake-v1", "obs"), ("Taxi-v4", "obs"), ("CliffWalking-v1", "obs")] + [(name, "minigrid") for name in MINIGRID]

@@ -25,14 +25,14 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMoni
 from eigentrail.sb3 import AdvisedPolicy, GraphCallback, ShapedVecEnv
 
 MINIGRID = [
-    "MiniGrid-Empty-5x5-v0",
+    "MiniGrid-Empty-8x8-v0",
     "MiniGrid-FourRooms-v0",
     "MiniGrid-DoorKey-5x5-v0",
     "MiniGrid-DoorKey-8x8-v0",
     "MiniGrid-MultiRoom-N4-S5-v0",
     "MiniGrid-MultiRoom-N6-v0",
     "MiniGrid-KeyCorridorS3R3-v0",
-    "MiniGrid-LavaGapS5-v0",
+    "MiniGrid-LavaGapS7-v0",
     "MiniGrid-DistShift1-v0",
 ]
 RNG = np.random.default_rng(3)
