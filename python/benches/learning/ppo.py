@@ -4,7 +4,7 @@
 
 Counted are environment steps of all walkers until the goal was first reached, and until it was reached in 18 of the last 20 episodes, exploration
 included. Runs that do not come there end at the cap, and count as the cap. One thread of PyTorch. All arms have the
-hyperparameters below, which were not tuned for any of them. No figures of it have been recorded yet.
+hyperparameters below, which were not tuned for any of them. docs/python.md has figures.
 """
 
 from __future__ import annotations
