@@ -107,6 +107,44 @@ def test_truncation_keeps_the_potential(corridor):
     assert info["phi"] == env.engine.phi(info["node"]) < -5
 
 
+def test_what_an_environment_does_wrong_leaves_the_graph_as_it_was(corridor):
+    class Faulty(gym.Wrapper):
+        fault = None
+
+        def step(self, action):
+            if self.fault == "raises":
+                raise ZeroDivisionError("out of order")
+            observation, reward, *rest = self.env.step(action)
+            return observation, float("nan") if self.fault == "nan" else reward, *rest
+
+    faulty = Faulty(corridor())
+    env = eigentrail.Shaped(faulty, gamma=1.0, **FOLLOWED)
+    rollout(env, 100, 0, advised=True)
+    env.reset()
+    env.step(0)
+
+    def known():
+        engine = env.engine
+        return engine.num_nodes, engine.num_edges, engine.steps, engine.potential().tolist(), engine.eigenvalues().tolist()
+
+    before = known()
+    for fault, error, said in [
+        ("raises", ZeroDivisionError, "out of order"),
+        ("nan", ValueError, "the reward is NaN; rewards must be finite"),
+    ]:
+        faulty.fault = fault
+        with pytest.raises(error, match=said):
+            env.step(0)
+        assert known() == before
+    faulty.fault = None
+    with pytest.raises(ValueError, match=r"action 2 of a world whose actions are 0\.\.2"):
+        env.step(2)
+    assert known() == before
+    env.reset()
+    rollout(env, 100, 1, advised=True)
+    assert env.engine.steps == before[2] + 100 and env.engine.num_nodes == 9
+
+
 def test_the_reward_that_step_returns_can_be_the_raw_one(corridor):
     one = eigentrail.Shaped(corridor(), gamma=1.0, reward="raw", **FOLLOWED)
     said = rollout(one, 200, 0, advised=True)
