@@ -70,29 +70,10 @@ pub(super) fn begin<'a>(
     optimal: OptimalReturns,
     seed: u64,
 ) -> Result<Box<dyn Trial + 'a>, RunnerError> {
-    let moved = worlds.moved_for(seed);
-    let file = scenario.shaping.file.as_deref();
-    let file = file.and_then(|path| worlds.potential_of(path));
-    match worlds.first_for(seed) {
-        World::Grid(first) => {
-            let places = Box::new(first.layout().clone());
-            let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                World::Grid(world) => Some((after, world)),
-                World::Listed(..) => None, // both are of the scenario's one kind
-            });
-            let trial = TrialIn::new(scenario, first, file, moved, places, optimal, seed)?;
-            Ok(Box::new(trial))
-        }
-        World::Listed(first, names) => {
-            let places = Box::new(names);
-            let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                World::Listed(world, _) => Some((after, world)),
-                World::Grid(_) => None,
-            });
-            let trial = TrialIn::new(scenario, first, file, moved, places, optimal, seed)?;
-            Ok(Box::new(trial))
-        }
-    }
+    Ok(match AnyGround::of(scenario, worlds, seed) {
+        AnyGround::Grid(ground) => Box::new(TrialIn::new(ground, optimal)?),
+        AnyGround::Listed(ground) => Box::new(TrialIn::new(ground, optimal)?),
+    })
 }
 
 /// A trial that goes on from what [`Trial::written`] has left.
@@ -105,30 +86,10 @@ pub(super) fn resume<'a>(
     seed: u64,
     written: &[u8],
 ) -> Result<Box<dyn Trial + 'a>, String> {
-    let moved = worlds.moved_for(seed);
-    let file = scenario.shaping.file.as_deref();
-    let file = file.and_then(|path| worlds.potential_of(path));
-    match worlds.first_for(seed) {
-        World::Grid(first) => {
-            let places = Box::new(first.layout().clone());
-            let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                World::Grid(world) => Some((after, world)),
-                World::Listed(..) => None, // both are of the scenario's one kind
-            });
-            let trial = TrialIn::<GridWorld>::read(scenario, file, moved, places, seed, written)?;
-            Ok(Box::new(trial))
-        }
-        World::Listed(_, names) => {
-            let places = Box::new(names);
-            let moved = moved.and_then(|MovedWorld { after, world }| match world {
-                World::Listed(world, _) => Some((after, world)),
-                World::Grid(_) => None,
-            });
-            let trial =
-                TrialIn::<TabularEnvironment>::read(scenario, file, moved, places, seed, written)?;
-            Ok(Box::new(trial))
-        }
-    }
+    Ok(match AnyGround::of(scenario, worlds, seed) {
+        AnyGround::Grid(ground) => Box::new(TrialIn::read(ground, written)?),
+        AnyGround::Listed(ground) => Box::new(TrialIn::read(ground, written)?),
+    })
 }
 
 /// Plays every episode that is left, or until `stop` is set, and takes checkpoints where there are to be any: those that are due,
@@ -187,47 +148,82 @@ trait Plain:
 impl Plain for GridWorld {}
 impl Plain for TabularEnvironment {}
 
+/// What the trial of one seed stands on: its world, and what belongs to it.
+struct Ground<'a, 'w, E: Plain> {
+    scenario: &'a Scenario,
+    seed: u64,
+    first: E,
+    /// The world after the goals have moved, and after how many episodes they do.
+    moved: Option<(usize, E)>,
+    file: Option<&'w PotentialFile>,
+    places: Box<dyn Places<E::State>>,
+}
+
+enum AnyGround<'a, 'w> {
+    Grid(Ground<'a, 'w, GridWorld>),
+    Listed(Ground<'a, 'w, TabularEnvironment>),
+}
+
+impl<'a, 'w> AnyGround<'a, 'w> {
+    fn of(scenario: &'a Scenario, worlds: &'w Worlds, seed: u64) -> Self {
+        let file = scenario.shaping.file.as_deref();
+        let file = file.and_then(|path| worlds.potential_of(path));
+        let moved = worlds.moved_for(seed);
+        match worlds.first_for(seed) {
+            World::Grid(first) => Self::Grid(Ground {
+                scenario,
+                seed,
+                places: Box::new(first.layout().clone()),
+                first,
+                moved: moved.and_then(|MovedWorld { after, world }| match world {
+                    World::Grid(world) => Some((after, world)),
+                    World::Listed(..) => None, // both are of the scenario's one kind
+                }),
+                file,
+            }),
+            World::Listed(first, names) => Self::Listed(Ground {
+                scenario,
+                seed,
+                places: Box::new(names),
+                first,
+                moved: moved.and_then(|MovedWorld { after, world }| match world {
+                    World::Listed(world, _) => Some((after, world)),
+                    World::Grid(_) => None,
+                }),
+                file,
+            }),
+        }
+    }
+}
+
 impl<'a, E: Plain> TrialIn<'a, E> {
-    fn new(
-        scenario: &'a Scenario,
-        first: E,
-        file: Option<&PotentialFile>,
-        moved: Option<(usize, E)>,
-        places: Box<dyn Places<E::State>>,
-        optimal: OptimalReturns,
-        seed: u64,
-    ) -> Result<Self, RunnerError> {
+    fn new(ground: Ground<'a, '_, E>, optimal: OptimalReturns) -> Result<Self, RunnerError> {
+        let Ground { scenario, seed, .. } = ground;
         Ok(Self {
-            engine: build_engine(scenario, first, file, seed)?,
+            engine: build_engine(scenario, ground.first, ground.file, seed)?,
             sums: Sums::new(optimal, scenario.run.episodes), // its clock begins now
             scenario,
             seed,
-            moved,
-            places,
+            moved: ground.moved,
+            places: ground.places,
             seconds: 0.0,
         })
     }
 
     /// The trial that [`Trial::written`] wrote down. The clock goes on from there.
-    fn read(
-        scenario: &'a Scenario,
-        file: Option<&PotentialFile>,
-        moved: Option<(usize, E)>,
-        places: Box<dyn Places<E::State>>,
-        seed: u64,
-        written: &[u8],
-    ) -> Result<Self, String> {
+    fn read(ground: Ground<'a, '_, E>, written: &[u8]) -> Result<Self, String> {
         let read = rmp_serde::from_slice(written);
         let (engine, sums, seconds, awaits_move): (Engine<E, AnyAgent>, Sums, f64, bool) =
             read.map_err(|error| format!("the run in it is damaged: {error}"))?;
+        let Ground { scenario, seed, .. } = ground;
         Ok(Self {
-            engine: with_discovery_hook(scenario, engine, file),
+            engine: with_discovery_hook(scenario, engine, ground.file),
             sums,
             seconds,
             scenario,
             seed,
-            moved: moved.filter(|_| awaits_move),
-            places,
+            moved: ground.moved.filter(|_| awaits_move),
+            places: ground.places,
         })
     }
 
