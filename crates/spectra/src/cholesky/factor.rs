@@ -32,6 +32,27 @@ pub(crate) struct CholeskyFactor {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NotPositiveDefinite;
 
+/// Factorisations that tests let fail.
+#[cfg(test)]
+pub(crate) mod faults {
+    use std::cell::Cell;
+
+    thread_local! {
+        static LEFT: Cell<u32> = const { Cell::new(0) };
+    }
+
+    /// Lets the next `count` factorisations of this thread fail.
+    pub fn inject(count: u32) {
+        LEFT.set(count);
+    }
+
+    pub(super) fn comes_now() -> bool {
+        let left = LEFT.get();
+        LEFT.set(left.saturating_sub(1));
+        left > 0
+    }
+}
+
 /// Memory whose contents a factorisation no longer needs, kept for the next one.
 #[derive(Debug, Default)]
 pub(crate) struct FactorBuffers {
@@ -83,6 +104,10 @@ impl CholeskyFactor {
         laplacian: &PermutedLaplacian,
         sigma: f64,
     ) -> Result<(), NotPositiveDefinite> {
+        #[cfg(test)]
+        if faults::comes_now() {
+            return Err(NotPositiveDefinite);
+        }
         self.values.resize(self.num_values(), 0.0);
         let mut rest = &mut self.values[..];
         let values = self.structure.all().map(|part| {

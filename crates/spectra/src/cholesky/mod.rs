@@ -15,6 +15,8 @@ mod triangular;
 mod unchanged_subtrees;
 
 pub(crate) use elimination::EliminationOrder;
+#[cfg(test)]
+pub(crate) use factor::faults;
 pub(crate) use factor::{CholeskyFactor, FactorBuffers};
 pub(crate) use inertia::Inertia;
 pub(crate) use permuted::PermutedLaplacian;

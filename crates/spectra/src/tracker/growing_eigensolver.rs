@@ -321,6 +321,7 @@ pub(crate) fn block_width(wanted: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cholesky::faults;
     use crate::dense::laplacian_eigen;
     use crate::{LaplacianKind, testing};
 
@@ -378,6 +379,42 @@ mod tests {
                 assert!(error.norm_max() < 1e-12, "{error:?}");
             }
         }
+    }
+
+    /// A larger shift helps where some factorisations fail; where all do it is an error, and the next refresh goes on without.
+    #[test]
+    fn factorisations_that_fail_cost_time_or_are_an_error() {
+        let whole = testing::discovered(&testing::grid(40, 45), 1);
+        let part = testing::prefix(&whole, 1700);
+        assert!(
+            part.num_nodes() > PROOF_LIMIT,
+            "too large to be decomposed instead"
+        );
+        let graphs = [&part, &whole].map(|graph| (graph, exact(graph)));
+        let is_right = |spectrum: &GrowingEigensolver, exact: &[f64]| {
+            let pairs = spectrum.eigenpairs().unwrap();
+            assert_eq!(pairs.convergence.converged, 8);
+            for (found, expected) in pairs.values.iter().zip(exact) {
+                assert!((found - expected).abs() < 1e-7, "{found} for {expected}");
+            }
+        };
+        for failures in [1, 2, 3] {
+            let mut spectrum = spectrum(8);
+            for (graph, exact) in &graphs {
+                faults::inject(failures);
+                assert_eq!(spectrum.refresh(graph).unwrap().route, Route::ShiftInvert);
+                is_right(&spectrum, exact);
+            }
+        }
+        let mut spectrum = spectrum(8);
+        spectrum.refresh(&part).unwrap();
+        faults::inject(u32::MAX);
+        let error = spectrum.refresh(&whole).unwrap_err();
+        assert_eq!(error, SpectralError::NotFinite);
+        faults::inject(0);
+        assert!(spectrum.eigenpairs().is_none());
+        assert!(spectrum.refresh(&whole).unwrap().cold_start);
+        is_right(&spectrum, &graphs[1].1);
     }
 
     #[test]
