@@ -159,6 +159,7 @@ struct Ground<'a, 'w, E: Plain> {
     places: Box<dyn Places<E::State>>,
 }
 
+#[expect(clippy::large_enum_variant, reason = "there is one, for a moment")]
 enum AnyGround<'a, 'w> {
     Grid(Ground<'a, 'w, GridWorld>),
     Listed(Ground<'a, 'w, TabularEnvironment>),
