@@ -24,7 +24,7 @@ type Bytes = BTreeMap<String, Vec<u8>>;
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
-/// Something that is run into a folder, or goes on there; whether it came to its end.
+/// Something that is run into a folder, or goes on there.
 struct Subject {
     name: &'static str,
     play: fn(&Path) -> Result<(), RunnerError>,
@@ -50,7 +50,7 @@ const SUBJECTS: [Subject; 3] = [
     },
 ];
 
-/// Goals that move, steps that slip, two seeds, two refreshes or more, and a checkpoint every hundred steps.
+/// Goals that move, steps that slip, two seeds, two refreshes or more, and a checkpoint every fifteen steps.
 const WORLD: &str = "[env]\nrows = 5\ncols = 5\nslip = 0.1\nmoved_goals = [\"top-right\"]\n[run]\nepisodes = 30\ncheckpoint_every_steps = 15\n";
 
 fn load() -> Loaded {
