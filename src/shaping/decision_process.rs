@@ -155,19 +155,11 @@ impl DecisionProcess {
                 order.push(state as u32);
             }
         }
+        let (states, outcomes) = (choices.num_states(), choices.outcomes.len());
         let mut process = Self {
-            num_states: choices.num_states(),
-            num_reached,
-            distances,
-            choices: vec![0],
-            rewards: Vec::with_capacity(choices.choices.len()),
-            priors: Vec::with_capacity(choices.choices.len()),
-            offsets: vec![0],
-            first_far: Vec::with_capacity(order.len()),
-            columns: Vec::with_capacity(choices.outcomes.len()),
-            probabilities: Vec::with_capacity(choices.outcomes.len()),
-            owners: Vec::with_capacity(choices.outcomes.len()),
             order,
+            distances,
+            ..Self::empty(states, num_reached, choices.choices.len(), outcomes)
         };
         let mut entries = Vec::new();
         for p in 0..process.order.len() {
@@ -184,6 +176,84 @@ impl DecisionProcess {
             process.push_entries(p as u32, &mut entries);
         }
         process
+    }
+
+    /// The same process with its rows in the order of these positions, a permutation of all of which the first
+    /// [`num_reached`](Self::num_reached) lead to an end. O(outcomes).
+    pub(super) fn rearranged(&self, order: &[u32]) -> Self {
+        let mut position = vec![0; self.len()];
+        for (p, &old) in order.iter().enumerate() {
+            position[old as usize] = p as u32;
+        }
+        let olds = || order.iter().map(|&old| old as usize);
+        let mut process = Self {
+            order: olds().map(|old| self.order[old]).collect(),
+            distances: olds()
+                .take(self.num_reached)
+                .map(|old| self.distances[old])
+                .collect(),
+            ..Self::empty(
+                self.num_states,
+                self.num_reached,
+                self.rewards.len(),
+                self.columns.len(),
+            )
+        };
+        let mut entries = Vec::new();
+        for (p, old) in olds().enumerate() {
+            let choices = self.choices_of(old);
+            let moved = process.rewards.len() as u32;
+            process.rewards.extend(&self.rewards[choices.clone()]);
+            process.priors.extend(&self.priors[choices.clone()]);
+            entries.extend(self.range(old).map(|e| {
+                let owner = self.owners[e] - choices.start as u32 + moved;
+                (
+                    position[self.columns[e] as usize],
+                    self.probabilities[e],
+                    owner,
+                )
+            }));
+            process.choices.push(process.rewards.len());
+            process.push_entries(p as u32, &mut entries);
+        }
+        process
+    }
+
+    /// No rows yet, room for so many choices and entries.
+    fn empty(num_states: usize, num_reached: usize, choices: usize, entries: usize) -> Self {
+        Self {
+            num_states,
+            order: Vec::new(),
+            num_reached,
+            distances: Vec::new(),
+            choices: vec![0],
+            rewards: Vec::with_capacity(choices),
+            priors: Vec::with_capacity(choices),
+            offsets: vec![0],
+            first_far: Vec::new(),
+            columns: Vec::with_capacity(entries),
+            probabilities: Vec::with_capacity(entries),
+            owners: Vec::with_capacity(entries),
+        }
+    }
+
+    /// By column: offsets, and the (row, entry) of each outcome that leads there. O(outcomes).
+    pub(super) fn predecessors(&self) -> (Vec<usize>, Vec<(u32, u32)>) {
+        let mut offsets = vec![0; self.len() + 1];
+        for &column in &self.columns {
+            offsets[column as usize + 1] += 1;
+        }
+        (0..self.len()).for_each(|p| offsets[p + 1] += offsets[p]);
+        let mut next = offsets.clone();
+        let mut sources = vec![(0, 0); self.columns.len()];
+        for row in 0..self.len() {
+            for entry in self.range(row) {
+                let place = &mut next[self.columns[entry] as usize];
+                sources[*place] = (row as u32, entry as u32);
+                *place += 1;
+            }
+        }
+        (offsets, sources)
     }
 
     fn push_entries(&mut self, p: u32, entries: &mut Vec<(u32, f64, u32)>) {
@@ -223,7 +293,7 @@ impl DecisionProcess {
         self.num_reached
     }
 
-    /// Typical steps to the nearest end of each of those.
+    /// Typical steps to the nearest end of each of those, ascending unless the process was rearranged.
     pub fn distances(&self) -> &[f64] {
         &self.distances
     }
@@ -240,6 +310,10 @@ impl DecisionProcess {
     /// Numbers of the choices of `p`.
     pub(super) fn choices_of(&self, p: usize) -> Range<usize> {
         self.choices[p]..self.choices[p + 1]
+    }
+
+    pub(super) fn num_choices(&self) -> usize {
+        self.rewards.len()
     }
 
     pub(super) fn reward(&self, choice: usize) -> f64 {

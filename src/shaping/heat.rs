@@ -37,7 +37,7 @@ pub(super) fn fit_at(
     factor: f64,
     context: &ReturnContext<'_>,
 ) -> Result<PotentialFit, ShapingError> {
-    let model = context.model;
+    let model = context.model.settled(tau);
     let mut solver = SoftBellman::new(&model.process);
     let (v, statistics) = solver.solve_cold(&model.temperatures(tau), model.tolerance());
     let phi: Vec<f64> = v.iter().map(|v| factor * v).collect();

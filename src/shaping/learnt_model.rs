@@ -20,6 +20,7 @@
 
 use super::ShapingError;
 use super::decision_process::{Choices, DecisionProcess};
+use super::label_setting::settling_order;
 use super::shortest_path::median;
 use super::soft_bellman::SoftBellman;
 use crate::graph::{ObservedOutcome, StateId, SymmetricCsr, TransitionGraph};
@@ -117,12 +118,29 @@ impl LearntModel {
 
     /// Returns-to-go of the best policy, of the states from which an end can be reached, ascending by state. A solve at temperature 0.
     pub fn optimal_returns(&self) -> Vec<(StateId, f64)> {
-        let mut solver = SoftBellman::new(&self.process);
-        let (v, _) = solver.solve_cold(&self.temperatures(0.0), self.tolerance());
-        let reached = self.process.order()[..self.process.num_reached()].iter();
+        let model = self.settled(0.0);
+        let mut solver = SoftBellman::new(&model.process);
+        let (v, _) = solver.solve_cold(&model.temperatures(0.0), model.tolerance());
+        let reached = model.process.order()[..model.process.num_reached()].iter();
         let mut returns: Vec<_> = reached.map(|&state| StateId(state)).zip(v).collect();
         returns.sort_unstable_by_key(|&(state, _)| state);
         returns
+    }
+
+    /// The same model, its process rearranged so that sweeps at temperatures `tau` (by position) carry news as far as they can. O((n + outcomes) log n).
+    ///
+    /// # Panics
+    /// If `tau` has not one entry per position.
+    pub fn settled_at(&self, tau: &[f64]) -> Self {
+        Self {
+            process: self.process.rearranged(&settling_order(&self.process, tau)),
+            ..*self
+        }
+    }
+
+    /// The same at `tau` typical steps everywhere.
+    pub fn settled(&self, tau: f64) -> Self {
+        self.settled_at(&self.temperatures(tau))
     }
 
     /// Temperatures by position: `tau` typical steps everywhere.

@@ -60,6 +60,7 @@ mod fixtures;
 mod given;
 mod heat;
 mod hops;
+mod label_setting;
 mod learned_temperature;
 mod learnt_model;
 mod linearly_solvable;

@@ -101,6 +101,53 @@ fn every_row_of_a_grid_begins_with_something_nearer() {
     }
 }
 
+/// The rows hold what was written down, near columns before far ones.
+fn assert_rows(
+    process: &DecisionProcess,
+    states: &[Vec<Alternative>],
+) -> Result<(), TestCaseError> {
+    for (p, &state) in process.order().iter().enumerate() {
+        let choices = &states[state as usize];
+        let numbers = process.choices_of(p);
+        prop_assert_eq!(numbers.len(), choices.len());
+        let total: f64 = choices.iter().map(|a| a.weight).sum();
+        for (number, choice) in numbers.clone().zip(choices) {
+            prop_assert_eq!(process.reward(number), choice.reward);
+            prop_assert!((process.prior(number) - choice.weight / total).abs() < 1e-14);
+        }
+        // Near columns, then far ones, ascending; together the outcomes that are no ends.
+        let (near, far) = (process.near_range(p), process.far_range(p));
+        prop_assert_eq!(
+            (near.start, near.end, far.end),
+            (process.range(p).start, far.start, process.range(p).end)
+        );
+        prop_assert!(process.columns()[process.range(p)].is_sorted());
+        prop_assert!(process.columns()[near].iter().all(|&j| (j as usize) < p));
+        prop_assert!(process.columns()[far].iter().all(|&j| (j as usize) > p));
+        let entries = process.range(p).map(|e| {
+            let target = process.order()[process.columns()[e] as usize];
+            (
+                process.owners()[e] as usize - numbers.start,
+                target,
+                process.probabilities()[e].to_bits(),
+            )
+        });
+        let mut found: Vec<_> = entries.collect();
+        let mut expected: Vec<_> = (choices.iter().enumerate())
+            .flat_map(|(c, a)| {
+                a.outcomes
+                    .iter()
+                    .map(move |&(j, chance)| (c, j, chance.to_bits()))
+            })
+            .filter(|&(_, j, _)| !states[j as usize].is_empty())
+            .collect();
+        found.sort_unstable();
+        expected.sort_unstable();
+        prop_assert_eq!(found, expected);
+    }
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn the_layout_keeps_everything(states in any_process(0.0), step_reward in 0.1_f64..4.0) {
@@ -124,34 +171,24 @@ proptest! {
         }
         prop_assert!(left.iter().all(|&s| distance[s as usize].is_infinite()));
 
-        for (p, &state) in process.order().iter().enumerate() {
-            let choices = &states[state as usize];
-            let numbers = process.choices_of(p);
-            prop_assert_eq!(numbers.len(), choices.len());
-            let total: f64 = choices.iter().map(|a| a.weight).sum();
-            for (number, choice) in numbers.clone().zip(choices) {
-                prop_assert_eq!(process.reward(number), choice.reward);
-                prop_assert!((process.prior(number) - choice.weight / total).abs() < 1e-14);
-            }
-            // Near columns, then far ones, ascending; together the outcomes that are no ends.
-            let (near, far) = (process.near_range(p), process.far_range(p));
-            prop_assert_eq!((near.start, near.end, far.end), (process.range(p).start, far.start, process.range(p).end));
-            prop_assert!(process.columns()[process.range(p)].is_sorted());
-            prop_assert!(process.columns()[near].iter().all(|&j| (j as usize) < p));
-            prop_assert!(process.columns()[far].iter().all(|&j| (j as usize) > p));
-            let entries = process.range(p).map(|e| {
-                let target = process.order()[process.columns()[e] as usize];
-                (process.owners()[e] as usize - numbers.start, target, process.probabilities()[e].to_bits())
-            });
-            let mut found: Vec<_> = entries.collect();
-            let mut expected: Vec<_> = (choices.iter().enumerate())
-                .flat_map(|(c, a)| a.outcomes.iter().map(move |&(j, chance)| (c, j, chance.to_bits())))
-                .filter(|&(_, j, _)| !states[j as usize].is_empty())
-                .collect();
-            found.sort_unstable();
-            expected.sort_unstable();
-            prop_assert_eq!(found, expected);
+        assert_rows(&process, &states)?;
+        // In any order that leaves what leads to no end at the end.
+        let reached = process.num_reached() as u32;
+        let order: Vec<u32> = (0..reached).rev().chain(reached..process.len() as u32).collect();
+        let rearranged = process.rearranged(&order);
+        assert_rows(&rearranged, &states)?;
+        prop_assert_eq!((rearranged.num_states(), rearranged.num_reached()), (states.len(), reached as usize));
+        for (&state, found) in rearranged.order().iter().zip(rearranged.distances()) {
+            prop_assert!((found - distance[state as usize]).abs() < 1e-9);
         }
+        let (offsets, sources) = process.predecessors();
+        for (entry, &column) in process.columns().iter().enumerate() {
+            let into = &sources[offsets[column as usize]..offsets[column as usize + 1]];
+            let row = into.iter().find(|source| source.1 as usize == entry).unwrap().0;
+            prop_assert!(process.range(row as usize).contains(&entry));
+        }
+        prop_assert_eq!(sources.len(), process.nnz());
+
         if let Some(last) = process.len().checked_sub(1) {
             prop_assert_eq!(process.range(last).end, process.nnz());
         }

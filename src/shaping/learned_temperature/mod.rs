@@ -15,8 +15,7 @@
 //! what the choices are worth on the learnt model, and the maximum principle forbids false maxima: the network can only decide
 //! how fast φ falls where. Output layer and bias start at 0, so an untrained network leaves `heat` at temperature T.
 //!
-//! **Each fit solves, few fits train.** The solve begins at the last solution and brings every state up to date; the
-//! network is not even asked while neither it nor its features have changed. Epochs
+//! **Each fit solves, few fits train.** The solve brings every state up to date; the network is not even asked while neither it nor its features have changed. Epochs
 //! are taken only while the loss is above `fit_tolerance`, and of a network that has been trained before only if its loss has grown by half since: more epochs on
 //! much the same labels bring nothing. Training ends when ten epochs have lowered the loss by less than a twentieth.
 
@@ -29,9 +28,12 @@ use super::features::extended_features;
 use super::network::Network;
 use super::return_context::{ReturnContext, ReturnPotential};
 use super::{PotentialFit, ShapingError, ShapingParams};
-use crate::gcn::{Adam, FitStatistics, Gcn, GcnError, GcnParameters, GcnParams, Propagation};
+use crate::gcn::{
+    Adam, FitStatistics, Gcn, GcnError, GcnParameters, GcnParams, GcnWorkspace, Propagation,
+};
+use crate::graph::StateId;
 use crate::seeds::{Stream, stream};
-use objective::Objective;
+use objective::{Finished, Objective, settled_for};
 use serde::{Deserialize, Serialize};
 use training::{Effort, Inputs, train};
 use warm_start::WarmStart;
@@ -43,7 +45,7 @@ const NODE_EPOCHS: usize = 3_000_000;
 /// A trained network is trained again when its loss is this many times what training left.
 const RELAPSE: f64 = 1.5;
 
-/// The `gcn` potential. Weights, moments and the last solution stay from fit to fit.
+/// The `gcn` potential. Weights, moments and the network's last output stay from fit to fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearnedTemperaturePotential {
     shaping: ShapingParams,
@@ -109,24 +111,13 @@ impl LearnedTemperaturePotential {
         gcn
     }
 
-    /// Up to `num_labels` of the returns, at positions of the process.
-    fn draw_labels(&self, context: &ReturnContext<'_>) -> Vec<(usize, f64)> {
-        let returns = context.returns;
+    /// Up to `num_labels` of the returns.
+    fn draw_labels(&self, returns: &[(StateId, f64)]) -> Vec<(StateId, f64)> {
         let mut rng = stream(self.seed, Stream::Gcn);
         rng.set_word_pos(u128::from(self.fits + 1) << 32);
         let amount = self.shaping.num_labels.min(returns.len());
         let drawn = rand::seq::index::sample(&mut rng, returns.len(), amount);
-        let mut positions = vec![usize::MAX; context.adjacency.num_nodes()];
-        for (p, &state) in context.model.process.order().iter().enumerate() {
-            positions[state as usize] = p;
-        }
-        let labels = drawn.into_iter().map(|i| returns[i]);
-        let mut labels: Vec<_> = labels
-            .map(|(state, g)| (positions[state.index()], g))
-            .filter(|&(position, _)| position != usize::MAX)
-            .collect();
-        labels.sort_unstable_by_key(|&(position, _)| position);
-        labels
+        drawn.into_iter().map(|i| returns[i]).collect()
     }
 }
 
@@ -149,29 +140,17 @@ impl ReturnPotential for LearnedTemperaturePotential {
         &mut self,
         context: &ReturnContext<'_>,
     ) -> Result<PotentialFit, ShapingError> {
-        let labels = self.draw_labels(context);
-        let process = &context.model.process;
-        let guess = self.last.as_ref().map(|last| last.guess(process));
-        // Not the potential's own, which the objective would borrow for as long as the network is trained.
-        let shaping = self.shaping.clone();
-        let mut objective = Objective::new(context, &shaping, labels, guess);
-        self.fits += 1;
-        let unchanged = self.solve_only(context, &mut objective)?;
+        let unchanged = self.solve_only(context)?;
         let earlier = self.last.take().filter(|_| unchanged.is_some());
-        let statistics = match unchanged {
-            Some(statistics) => statistics,
-            None => self.ask_and_train(context, &mut objective)?,
+        let (statistics, solution) = match unchanged {
+            Some(solved) => solved,
+            None => self.ask_and_train(context)?,
         };
-        let solution = objective.finish();
-        let values = process.scatter(&solution.v);
-        let phi = values.iter().map(|v| shaping.scale_factor * v).collect();
+        self.fits += 1;
+        let factor = self.shaping.scale_factor;
+        let phi = solution.values.iter().map(|v| factor * v).collect();
         let checked = PotentialFit::checked(phi)?;
-        self.last = Some(WarmStart::new(
-            context,
-            solution.z,
-            values,
-            earlier.as_ref(),
-        ));
+        self.last = Some(WarmStart::new(context, solution.z, earlier.as_ref()));
         Ok(PotentialFit {
             fit: Some(statistics),
             solve: Some(solution.statistics),
@@ -181,17 +160,22 @@ impl ReturnPotential for LearnedTemperaturePotential {
 }
 
 impl LearnedTemperaturePotential {
-    /// Brings v up to date with the output that the network had last; none if it must be asked again or is worth
-    /// training.
+    /// V at the output that the network had last; none if it must be asked again or is worth training.
     fn solve_only(
         &self,
         context: &ReturnContext<'_>,
-        objective: &mut Objective<'_>,
-    ) -> Result<Option<FitStatistics>, ShapingError> {
+    ) -> Result<Option<(FitStatistics, Finished)>, ShapingError> {
         let last = self.last.as_ref();
         let Some(z) = last.and_then(|last| last.output(context.adjacency, context.features)) else {
             return Ok(None);
         };
+        let model = settled_for(context.model, &self.shaping, z.as_ref());
+        let context = ReturnContext {
+            model: &model,
+            ..*context
+        };
+        let labels = self.draw_labels(context.returns);
+        let mut objective = Objective::new(&context, &self.shaping, &labels);
         let loss = objective.begin(z.as_ref())?;
         let statistics = FitStatistics {
             epochs: 0,
@@ -199,15 +183,14 @@ impl LearnedTemperaturePotential {
             loss,
         };
         let effort = effort(&self.shaping, self.learnt, context.adjacency.num_nodes());
-        Ok((loss <= effort.begin_above).then_some(statistics))
+        Ok((loss <= effort.begin_above).then(|| (statistics, objective.finish())))
     }
 
     /// Asks the network on its present features, and trains it if that is worth it.
     fn ask_and_train(
         &mut self,
         context: &ReturnContext<'_>,
-        objective: &mut Objective<'_>,
-    ) -> Result<FitStatistics, ShapingError> {
+    ) -> Result<(FitStatistics, Finished), ShapingError> {
         let features = extended_features(context.features, context.adjacency);
         let propagation = Propagation::new(context.adjacency);
         let tx = propagation.apply(features.as_ref());
@@ -215,22 +198,43 @@ impl LearnedTemperaturePotential {
             propagation: &propagation,
             tx: tx.as_ref(),
         };
+        // Not the potential's own, which the objective would borrow for as long as the network is trained.
+        let shaping = self.shaping.clone();
+        let labels = self.draw_labels(context.returns);
         let untrained = self.untrained(features.ncols());
         let rate = self.gcn.learning_rate;
-        let nodes = context.adjacency.num_nodes();
         let (network, is_new) = Network::prepare(&mut self.network, untrained, rate);
         if is_new {
             self.learnt = None;
         }
-        let effort = effort(&self.shaping, self.learnt, nodes);
+        let effort = effort(&shaping, self.learnt, context.adjacency.num_nodes());
+        let mut workspace = GcnWorkspace::default();
+        let z = network
+            .gcn
+            .forward(&propagation, tx.as_ref(), &mut workspace)
+            .to_owned();
+        let model = settled_for(context.model, &shaping, z.as_ref());
+        let context = ReturnContext {
+            model: &model,
+            ..*context
+        };
+        let mut objective = Objective::new(&context, &shaping, &labels);
+        let initial_loss = objective.begin(z.as_ref())?;
         let before = network.clone();
-        let outcome = train(network, inputs, objective, effort);
+        let outcome = train(
+            network,
+            inputs,
+            &mut workspace,
+            &mut objective,
+            initial_loss,
+            effort,
+        );
         match &outcome {
             Ok(statistics) if statistics.epochs > 0 => self.learnt = Some(statistics.loss),
             Ok(_) => {}
             Err(_) => *network = before,
         }
-        outcome
+        Ok((outcome?, objective.finish()))
     }
 }
 

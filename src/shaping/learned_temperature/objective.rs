@@ -5,11 +5,11 @@
 //! (I − Wᵀ) μ = ∂misfit/∂V,   ∂loss/∂z_i = −μ_i τ_i KL(π_i‖w_i) + 2 λ/|E| (L z)_i           inside the clip
 //! ```
 //!
-//! Neither V nor μ starts over from epoch to epoch: each is followed by a few sweeps, and solved to full tolerance at both ends.
+//! The rows of the process are arranged for the first z. Neither V nor μ starts over from epoch to epoch: each is followed by a few sweeps, and solved to full tolerance at both ends.
 
 use super::misfit::Misfit;
-use super::warm_start::Guess;
 use crate::gcn::{GcnError, Smoothness};
+use crate::graph::StateId;
 use crate::shaping::ShapingParams;
 use crate::shaping::learnt_model::LearntModel;
 use crate::shaping::return_context::ReturnContext;
@@ -29,7 +29,6 @@ pub(super) struct Objective<'a> {
     smoothness: Smoothness<'a>,
     misfit: Misfit,
     solver: SoftBellman<'a>,
-    guess: Option<Guess>,
     /// By state.
     z: Vec<f64>,
     /// By position, as the rest but `z_gradient` and the z of `best`.
@@ -54,20 +53,56 @@ struct Best {
     v: Vec<f64>,
 }
 
-/// What is left of an objective: z by state, V by position.
+/// What is left of an objective: z and V by state.
 pub(super) struct Finished {
     pub z: Vec<f64>,
-    pub v: Vec<f64>,
+    pub values: Vec<f64>,
     pub statistics: SolveStatistics,
 }
 
+/// `model`, arranged for sweeps at the temperatures that belong to z (n × 1).
+pub(super) fn settled_for(
+    model: &LearntModel,
+    shaping: &ShapingParams,
+    z: MatRef<'_, f64>,
+) -> LearntModel {
+    let mut tau = vec![0.0; model.process.len()];
+    write_temperatures(model, shaping, z, &mut tau);
+    model.settled_at(&tau)
+}
+
+/// Positions, ascending, and returns there.
+fn positions_of(labels: &[(StateId, f64)], model: &LearntModel) -> Vec<(usize, f64)> {
+    let mut positions = vec![usize::MAX; model.process.num_states()];
+    for (p, &state) in model.process.order().iter().enumerate() {
+        positions[state as usize] = p;
+    }
+    let labels = labels.iter().map(|&(s, g)| (positions[s.index()], g));
+    let mut labels: Vec<_> = labels.filter(|&(p, _)| p != usize::MAX).collect();
+    labels.sort_unstable_by_key(|&(position, _)| position);
+    labels
+}
+
+/// τ by position.
+fn write_temperatures(
+    model: &LearntModel,
+    shaping: &ShapingParams,
+    z: MatRef<'_, f64>,
+    tau: &mut [f64],
+) {
+    let clip = shaping.log_temperature_clip;
+    let unit = shaping.temperature * model.step_reward;
+    for (tau, &state) in tau.iter_mut().zip(model.process.order()) {
+        *tau = unit * libm::exp(z[(state as usize, 0)].clamp(-clip, clip));
+    }
+}
+
 impl<'a> Objective<'a> {
-    /// `labels`: positions, and returns there.
+    /// `labels`: states, and returns there; those where episodes end count for nothing.
     pub fn new(
         context: &ReturnContext<'a>,
         shaping: &'a ShapingParams,
-        labels: Vec<(usize, f64)>,
-        guess: Option<Guess>,
+        labels: &[(StateId, f64)],
     ) -> Self {
         let model = context.model;
         let by_position = vec![0.0; model.process.len()];
@@ -76,9 +111,8 @@ impl<'a> Objective<'a> {
             model,
             shaping,
             smoothness: Smoothness::new(context.adjacency),
-            misfit: Misfit::new(labels, model.step_reward),
+            misfit: Misfit::new(positions_of(labels, model), model.step_reward),
             solver: SoftBellman::new(&model.process),
-            guess,
             z: by_state.clone(),
             tau: by_position.clone(),
             v: Vec::new(),
@@ -91,7 +125,7 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// The loss at a first z (n × 1), V solved to full tolerance. What was seen before is only a guess for V.
+    /// The loss at a first z (n × 1), V solved to full tolerance.
     ///
     /// # Errors
     /// If the loss is not finite.
@@ -142,20 +176,17 @@ impl<'a> Objective<'a> {
         }
         Finished {
             z: self.z,
-            v: self.v,
+            values: self.model.process.scatter(&self.v),
             statistics: self.statistics,
         }
     }
 
-    /// Solves for the present temperatures, from what is known of V so far.
+    /// Solves for the present temperatures, from what was followed if there is anything.
     fn solve(&mut self) {
-        let before = std::mem::take(&mut self.v);
-        let known = self.guess.take().map(|guess| guess.values);
-        let known = known.or_else(|| (!before.is_empty()).then_some(before));
-        let tol = self.model.tolerance();
-        let (v, statistics) = match known {
-            Some(guess) => self.solver.solve_near(&guess, &self.tau, tol),
-            None => self.solver.solve_cold(&self.tau, tol),
+        let (followed, tol) = (std::mem::take(&mut self.v), self.model.tolerance());
+        let (v, statistics) = match followed.is_empty() {
+            true => self.solver.solve_cold(&self.tau, tol),
+            false => self.solver.solve_near(&followed, &self.tau, tol),
         };
         self.v = v;
         self.statistics = statistics.after(self.statistics);
@@ -165,11 +196,7 @@ impl<'a> Objective<'a> {
     fn set_temperatures(&mut self, z: MatRef<'_, f64>) {
         self.z.clear();
         self.z.extend((0..z.nrows()).map(|i| z[(i, 0)]));
-        let clip = self.shaping.log_temperature_clip;
-        let unit = self.shaping.temperature * self.model.step_reward;
-        for (tau, &state) in self.tau.iter_mut().zip(self.model.process.order()) {
-            *tau = unit * libm::exp(self.z[state as usize].clamp(-clip, clip));
-        }
+        write_temperatures(self.model, self.shaping, z, &mut self.tau);
     }
 
     /// The loss for the present z and V; its share of smoothness is left in `z_gradient`, that of V in `v_gradient`.
@@ -194,7 +221,6 @@ impl<'a> Objective<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::StateId;
     use crate::shaping::fixtures::on_grid;
     use crate::shaping::spurious_maxima;
     use faer::Mat;
@@ -208,16 +234,13 @@ mod tests {
             let process = &context.model.process;
             let values = context.returns.iter().map(|&(state, g)| (state.0, g));
             let values: std::collections::BTreeMap<u32, f64> = values.collect();
-            let labels: Vec<(usize, f64)> = (0..process.num_reached())
+            let lost = |p: usize| 1.0 + 0.7 * (p % 4) as f64;
+            let labels: Vec<(StateId, f64)> = (0..process.num_reached())
                 .step_by(3)
-                .map(|p| {
-                    (
-                        p,
-                        (1.0 + 0.7 * (p % 4) as f64) * values[&process.order()[p]],
-                    )
-                })
+                .map(|p| (process.order()[p], lost(p)))
+                .map(|(state, lost)| (StateId(state), lost * values[&state]))
                 .collect();
-            let mut objective = Objective::new(context, &shaping, labels, None);
+            let mut objective = Objective::new(context, &shaping, &labels);
             let zero = Mat::zeros(72, 1);
             objective.begin(zero.as_ref()).unwrap();
             // Some entries lie beyond the clip of 1.5.
@@ -247,6 +270,20 @@ mod tests {
         });
     }
 
+    #[test]
+    fn a_label_where_episodes_end_tells_nothing() {
+        on_grid(1, |context| {
+            let labels = [(StateId(1), -1.5), (StateId(0), 5.0), (StateId(2), -2.5)];
+            let order = context.model.process.order();
+            let found: Vec<_> = positions_of(&labels, context.model)
+                .into_iter()
+                .map(|(position, g)| (order[position], g))
+                .collect();
+            assert_eq!(found.len(), 2);
+            assert!(found.contains(&(1, -1.5)) && found.contains(&(2, -2.5)));
+        });
+    }
+
     /// Whatever the network puts out, inside the clip and far beyond it.
     #[test]
     fn wild_outputs_leave_no_false_maximum() {
@@ -254,7 +291,7 @@ mod tests {
             let shaping = ShapingParams::default();
             let process = &context.model.process;
             for frequency in [0.3, 2.1, 11.7] {
-                let mut objective = Objective::new(context, &shaping, vec![], None);
+                let mut objective = Objective::new(context, &shaping, &[]);
                 let z = Mat::from_fn(72, 1, |i, _| 9.0 * (i as f64 * frequency).sin());
                 objective.begin(z.as_ref()).unwrap();
                 let clip = shaping.log_temperature_clip;
@@ -265,7 +302,7 @@ mod tests {
                 }
                 let solution = objective.finish();
                 assert!(solution.statistics.converged);
-                let phi = process.scatter(&solution.v);
+                let phi = solution.values;
                 assert_eq!(
                     spurious_maxima(&phi, context.adjacency, &[StateId(0)]),
                     vec![]
@@ -279,18 +316,21 @@ mod tests {
     fn the_lowest_loss_is_kept() {
         on_grid(3, |context| {
             let shaping = ShapingParams::default();
-            let labels: Vec<_> = (0..60).map(|p| (p, -3.0 - p as f64)).collect();
-            let mut objective = Objective::new(context, &shaping, labels, None);
+            let places = context.model.process.order()[..60].iter().zip(0..);
+            let labels: Vec<_> = places
+                .map(|(&state, p)| (StateId(state), -3.0 - f64::from(p)))
+                .collect();
+            let mut objective = Objective::new(context, &shaping, &labels);
             let z = |size: f64| Mat::from_fn(72, 1, |i, _| size * (i as f64 * 0.2).cos());
             let losses = [0.3, 0.1, 0.6].map(|size| (size, objective.follow_or_begin(&z(size))));
             let best = losses.iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
             let solution = objective.finish();
             assert!(solution.statistics.converged);
-            let mut alone = Objective::new(context, &shaping, vec![], None);
+            let mut alone = Objective::new(context, &shaping, &[]);
             alone.begin(z(best).as_ref()).unwrap();
             let alone = alone.finish();
             assert_eq!(solution.z, alone.z);
-            for (a, b) in solution.v.iter().zip(&alone.v) {
+            for (a, b) in solution.values.iter().zip(&alone.values) {
                 assert!((a - b).abs() < 1e-3, "{a} against {b}");
             }
         });

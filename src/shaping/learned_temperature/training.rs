@@ -32,7 +32,7 @@ pub(super) struct Effort {
     pub end_at: f64,
 }
 
-/// Solves for the network's output and lowers `objective` by Adam's steps. The weights with the lowest loss seen are kept, as the objective keeps its temperatures:
+/// Lowers `objective` by Adam's steps from where it has begun, at the network's output that `workspace` holds. The weights with the lowest loss seen are kept, as the objective keeps its temperatures:
 /// an epoch too wide does not spoil what comes after.
 ///
 /// # Errors
@@ -40,13 +40,12 @@ pub(super) struct Effort {
 pub(super) fn train(
     network: &mut Network,
     inputs: Inputs<'_>,
+    workspace: &mut GcnWorkspace,
     objective: &mut Objective<'_>,
+    initial_loss: f64,
     effort: Effort,
 ) -> Result<FitStatistics, ShapingError> {
     let Inputs { propagation, tx } = inputs;
-    let mut workspace = GcnWorkspace::default();
-    let z = network.gcn.forward(propagation, tx, &mut workspace);
-    let initial_loss = objective.begin(z)?;
     let mut statistics = FitStatistics {
         epochs: 0,
         initial_loss,
@@ -69,9 +68,9 @@ pub(super) fn train(
         let upstream = objective.gradient(sweeps);
         network
             .gcn
-            .backward_into(propagation, tx, &mut workspace, upstream, &mut gradient);
+            .backward_into(propagation, tx, workspace, upstream, &mut gradient);
         network.adam.step(&mut network.gcn, &gradient);
-        let z = network.gcn.forward(propagation, tx, &mut workspace);
+        let z = network.gcn.forward(propagation, tx, workspace);
         statistics.epochs += 1;
         let loss = objective.follow(z, statistics.epochs)?;
         if loss < statistics.loss {

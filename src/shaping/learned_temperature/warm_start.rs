@@ -1,12 +1,10 @@
 //! The warm start that one fit leaves to the next one, on a world that has grown meanwhile.
 //!
-//! **V** is kept by state; a guess for states that were not there is left to the solver.
-//!
-//! **z** is kept so that the network need not be asked while neither it nor its features have changed: new states take
-//! the mean z of their older neighbours, as they would take the mean of their features.
+//! z is kept so that the network need not be asked while neither it nor its features have changed: new states take
+//! the mean z of their older neighbours, as they would take the mean of their features. V is not: where the model has turned out worse than believed,
+//! states that vouch for each other would fall by a step a sweep, and label setting begins near enough.
 
 use crate::graph::SymmetricCsr;
-use crate::shaping::decision_process::DecisionProcess;
 use crate::shaping::features::extended_features;
 use crate::shaping::return_context::ReturnContext;
 use faer::{Mat, MatRef};
@@ -15,35 +13,22 @@ use serde::{Deserialize, Serialize};
 /// The network is asked again when the graph has grown by this share since.
 const STALE_GROWTH: f64 = 0.25;
 
-/// A first guess of V by position, NaN where nothing is known.
-pub(super) struct Guess {
-    pub values: Vec<f64>,
-}
-
-/// The network's last output and the last solution.
+/// The network's last output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WarmStart {
     /// z by state.
     output: Vec<f64>,
     /// States, and a fingerprint of the features, when the network was asked.
     asked_at: (usize, u64),
-    /// V by state.
-    values: Vec<f64>,
 }
 
 impl WarmStart {
     /// The warm start that a fit on `context` leaves; `earlier` is what it began with if the network was not asked.
-    pub fn new(
-        context: &ReturnContext<'_>,
-        output: Vec<f64>,
-        values: Vec<f64>,
-        earlier: Option<&Self>,
-    ) -> Self {
+    pub fn new(context: &ReturnContext<'_>, output: Vec<f64>, earlier: Option<&Self>) -> Self {
         let now = (context.adjacency.num_nodes(), fingerprint(context.features));
         Self {
             output,
             asked_at: earlier.map_or(now, |earlier| earlier.asked_at),
-            values,
         }
     }
 
@@ -57,14 +42,6 @@ impl WarmStart {
             let known = MatRef::from_column_major_slice(&self.output, self.output.len(), 1);
             extended_features(known, adjacency)
         })
-    }
-
-    /// A guess of V on a process of the same states and more.
-    pub fn guess(&self, process: &DecisionProcess) -> Guess {
-        let known = |&state: &u32| self.values.get(state as usize).copied().unwrap_or(f64::NAN);
-        Guess {
-            values: process.order().iter().map(known).collect(),
-        }
     }
 }
 
