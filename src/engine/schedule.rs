@@ -1,7 +1,8 @@
 //! The schedule of refreshes and fits.
 //!
 //! A fit costs time in proportion to the states known, so unless much has changed it waits for as many steps as are a
-//! given share of them: what fits cost by step then does not grow with the world.
+//! given share of them: what fits cost by step then does not grow with the world. Where next to nothing has changed it waits longer, in proportion, for a
+//! learner that knows its world goes on finding an action here and there that it had not tried.
 
 use crate::parameter::{ParameterError, Section};
 use schemars::JsonSchema;
@@ -21,7 +22,7 @@ pub struct ScheduleParams {
     pub refit_every: u64,
     /// … the latter only if the graph has gained this share of edges,
     pub edge_growth: f64,
-    /// … and both only after as many steps as this share of the states known.
+    /// … and both only after as many steps as this share of the states known; up to ten times as many where less than `edge_growth` is new.
     pub refit_share: f64,
 }
 
@@ -62,6 +63,9 @@ impl ScheduleParams {
 
 /// On a graph that no longer grows there is a fit when steps are so many times those of the last one, for frequencies and returns have changed.
 const STALE: u64 = 2;
+
+/// A fit waits at most so many times as long because little has changed.
+const LULL: f64 = 10.0;
 
 /// Size of the graph at a moment of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -112,7 +116,8 @@ impl RefreshSchedule {
                 || now.pairs_tried > then.pairs_tried
                 || now.step >= STALE * then.step.max(1);
             let waited = now.step - then.step;
-            let patience = (self.params.refit_share * now.nodes as f64) as u64;
+            let patience =
+                (self.params.refit_share * now.nodes as f64 * self.lull(then, now)) as u64;
             let gained =
                 (now.edges - then.edges) as f64 >= self.params.edge_growth * then.edges as f64;
             let may_interrupt = waited >= self.params.refit_every && gained;
@@ -120,6 +125,13 @@ impl RefreshSchedule {
                 && (has_grown(then, now, self.params.growth)
                     || waited >= patience && (episode_over || may_interrupt))
         })
+    }
+
+    /// How much longer than usual a fit may wait for what is new since `then`: 1 from `edge_growth` on.
+    fn lull(&self, then: Moment, now: Moment) -> f64 {
+        let found = (now.edges - then.edges).max((now.pairs_tried - then.pairs_tried) as usize);
+        let news = found as f64 / then.pairs_tried.max(1) as f64;
+        (self.params.edge_growth / news).clamp(1.0, LULL)
     }
 
     /// The features have just been refreshed.
@@ -190,6 +202,21 @@ mod tests {
             assert!(schedule.fit_due(at(2001, 10_010, 16_000), episode_over));
         }
         assert!(schedule.fit_due(at(1001, 10_500, 16_000), false));
+    }
+
+    #[test]
+    fn fits_wait_longer_where_little_is_new() {
+        let mut schedule = RefreshSchedule::new(ScheduleParams::default());
+        schedule.fitted(at(1000, 1000, 2000));
+        // A tenth of the states in steps for 1 % and more; twice as long for half of that; as long as the states are many at most.
+        for (found, wait) in [(40, 100), (20, 100), (10, 200), (2, 1000), (1, 1000)] {
+            for episode_over in [false, true] {
+                let edges = 2000 + found;
+                let early = schedule.fit_due(at(999 + wait, 1000, edges), episode_over);
+                assert!(!early, "{found} after {wait}");
+            }
+            assert!(schedule.fit_due(at(1000 + wait, 1000, 2000 + found), true));
+        }
     }
 
     #[test]
