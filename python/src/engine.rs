@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 const KIND: Kind = Kind {
     letters: b"ENGN",
-    version: 1,
+    version: 2,
 };
 
 /// Source, action, target, count, sum of rewards and end of transitions.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) const KIND: Kind = Kind {
     letters: b"CKPT",
-    version: 1,
+    version: 2,
 };
 
 /// Moment of a seed's run, written down.

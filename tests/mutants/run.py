@@ -40,6 +40,7 @@ pub mod mutants {{
     }}
 }}
 """
+LIBRARIES = ("src/lib.rs", "crates/spectra/src/lib.rs")
 MEMORY = 8 << 30
 
 
@@ -59,12 +60,12 @@ class Mutant:
         return f"crate::mutants::on({self.number})"
 
 
-def listed(copy):
+def listed():
     """All mutants of the parts."""
     command = ["cargo", "mutants", "--list", "--json", "--workspace"]
     for part in PARTS:
         command += ["-f", part]
-    output = subprocess.run(command, cwd=copy, check=True, capture_output=True, text=True).stdout
+    output = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     return json.loads(output)
 
 
@@ -162,11 +163,30 @@ def weave(copy, mutants, ever_woven):
     ever_woven.update(by_file)
     for file, of_file in by_file.items():
         weaver = Weaver((ROOT / file).read_text(), of_file)
-        (copy / file).write_text(weaver.text())
+        place(copy / file, weaver.text().encode())
         woven |= weaver.woven
-    for library in ("src/lib.rs", "crates/spectra/src/lib.rs"):
-        (copy / library).write_text((ROOT / library).read_text() + MODULE)
+    for library in LIBRARIES:
+        place(copy / library, (ROOT / library).read_bytes() + MODULE.encode())
     return woven
+
+
+def place(path, content):
+    """Writes a file that is not there or is another one: what has not changed is not built again."""
+    if not path.exists() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def copied(copy):
+    """Brings the copy up to date. The files in it in which mutants are woven, which are left as they are."""
+    listing = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True)
+    woven = set()
+    for file in filter(None, listing.stdout.split("\n")):
+        if (copy / file).exists() and "mutants::on(".encode() in (copy / file).read_bytes():
+            woven.add(file)
+        elif file not in LIBRARIES or not (copy / file).exists():
+            place(copy / file, (ROOT / file).read_bytes())
+    return woven - {"tests/mutants/run.py"}
 
 
 def build(copy, kinds):
@@ -261,13 +281,13 @@ def judge(mutant, copy, programs, usual):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def sampled(copy, size, seed, kinds):
+def sampled(copy, size, seed, kinds, ever_woven):
     """At least as many mutants as are asked for, all of which compile, and the programs they are in."""
-    everything = listed(copy)
+    everything = listed()
     drawn = random.Random(seed).sample(everything, len(everything))
     queue = [Mutant(number, found) for number, found in enumerate(drawn, 1)]
     print(f"{len(queue)} mutants in all", flush=True)
-    chosen, ever_woven, left_out = [], set(), 0
+    chosen, left_out = [], 0
     while True:
         if len(chosen) < size:
             more = size - len(chosen) + size // 8
@@ -295,14 +315,11 @@ def main():
     parser.add_argument("--out", type=Path, help="a JSON line for each mutant that was judged; goes on where it ends")
     arguments = parser.parse_args()
     copy = arguments.copy
-    files = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.split("\n")
-    for file in filter(None, files):
-        (copy / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / file, copy / file)
+    ever_woven = copied(copy)
     shutil.rmtree("/dev/shm/mutants", ignore_errors=True)
     kinds = ["--workspace", "--exclude", "eigentrail-python", "--lib", "--bins", "--test", "golden",
              "--test", "library", "--test", "program"]
-    chosen, programs, left_out = sampled(copy, arguments.sample, arguments.seed, kinds)
+    chosen, programs, left_out = sampled(copy, arguments.sample, arguments.seed, kinds, ever_woven)
     usual = {}
     for program in dict.fromkeys(program for mutant in chosen for program, _ in stages(mutant, programs)):
         Path("/dev/shm/mutants/0").mkdir(parents=True, exist_ok=True)
