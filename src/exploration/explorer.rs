@@ -25,6 +25,7 @@
 //! step, and plan anew.
 
 use super::Optimism;
+use super::barren_starts::BarrenStarts;
 use super::distances::Distances;
 use super::frontier::{FrontierSearch, FrontierView, Interest};
 use super::model::{ExplorationModel, RecordedStep, Survey};
@@ -39,8 +40,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Explorer {
     search: FrontierSearch,
+    /// Hops from a start, and from which.
     from_start: Distances,
+    hops_from: Option<StateId>,
     start: StateId,
+    barren: BarrenStarts,
     /// The action of the step before, within the episode.
     last_action: Option<Action>,
     /// Steps of the episode so far.
@@ -66,7 +70,9 @@ impl Explorer {
         Self {
             search: FrontierSearch::new(),
             from_start: Distances::default(),
+            hops_from: None,
             start: StateId(0),
+            barren: BarrenStarts::default(),
             last_action: None,
             age: 0,
             exhausted: [None; SearchObjective::COUNT],
@@ -79,8 +85,8 @@ impl Explorer {
         }
     }
 
-    /// Begins an episode in `start`, a state of `graph`. O(n + m) if the start is not that of the last episode and a
-    /// goal is known, else O(1).
+    /// Begins an episode in `start`, a state of `graph`. O(1); but the first search from another start than that of the last episode costs
+    /// O(n + m) more, unless it is known to find nothing.
     pub fn begin_episode(
         &mut self,
         model: &mut ExplorationModel,
@@ -100,8 +106,11 @@ impl Explorer {
         }
         if start != self.start {
             self.start = start;
-            model.update_distances(graph);
-            self.search_anew(model, graph);
+            self.is_closed = false;
+            for objective in SearchObjective::ALL {
+                let is_barren = self.barren.is_barren(model, objective, start);
+                self.exhausted[objective as usize] = is_barren.then_some(start);
+            }
         }
     }
 
@@ -146,7 +155,7 @@ impl Explorer {
         if self.goal_changes != model.goal_changes {
             self.goal_changes = model.goal_changes;
             self.search.clear();
-            self.search_anew(model, graph);
+            self.search_anew();
         }
         if self.discoveries != model.discoveries {
             self.discoveries = model.discoveries;
@@ -170,13 +179,28 @@ impl Explorer {
         end.is_some_and(|(state, action)| view.interest(state, action) != Interest::None)
     }
 
-    /// Nothing is known to be out of reach; hops from the start anew, once a goal is known.
-    fn search_anew(&mut self, model: &ExplorationModel, graph: &TransitionGraph) {
+    /// Nothing is known to be out of reach.
+    fn search_anew(&mut self) {
         self.exhausted = [None; SearchObjective::COUNT];
         self.is_closed = false;
-        if !model.destinations.is_empty() {
+        self.hops_from = None;
+    }
+
+    /// Hops from the start, once a goal is known, and to the goals. O(n + m) if the start or the goals have changed, else O(1).
+    fn reckon_hops(&mut self, model: &mut ExplorationModel, graph: &TransitionGraph) {
+        if !model.destinations.is_empty() && self.hops_from != Some(self.start) {
+            if self.hops_from.is_some() {
+                model.update_distances(graph); // or else they have just been, with the goals
+            }
             self.from_start.search_from(model.known(graph), self.start);
+            self.hops_from = Some(self.start);
         }
+    }
+
+    /// Whether no shorter path is looked for from this start.
+    #[cfg(test)]
+    pub(super) fn expects_nothing(&self) -> bool {
+        self.exhausted[SearchObjective::ShorterPath as usize] == Some(self.start)
     }
 
     /// What the plan ends with: the state and action it is made for.
@@ -332,7 +356,7 @@ impl Explorer {
     /// Plans a step of `objective` from `state`; whether there is one.
     fn look(
         &mut self,
-        model: &ExplorationModel,
+        model: &mut ExplorationModel,
         graph: &TransitionGraph,
         state: StateId,
         objective: SearchObjective,
@@ -340,6 +364,8 @@ impl Explorer {
         if self.exhausted[objective as usize].is_some() {
             return false;
         }
+        self.reckon_hops(model, graph);
+        let model = &*model;
         let view = ObjectiveView::new(model, graph, objective, self.start, &self.from_start);
         let survey = model.survey(graph, objective);
         let known_best = match self.best_left {
@@ -356,6 +382,9 @@ impl Explorer {
         }
         if found.is_none() {
             self.exhausted[objective as usize] = Some(state);
+            if objective != SearchObjective::FirstGoal && state == self.start {
+                self.barren.note(model, objective, state);
+            }
         }
         found.is_some()
     }

@@ -10,6 +10,7 @@
 //! | [`Explorer`] | where one of them stands: its plan, a shortest known path to the nearest state with something left to try |
 //! | [`CountBonus`] | β/√N, the peer |
 
+mod barren_starts;
 mod certainty;
 mod count_bonus;
 mod dead_reckoning;

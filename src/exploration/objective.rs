@@ -34,6 +34,8 @@ pub(super) enum SearchObjective {
 
 impl SearchObjective {
     pub(super) const COUNT: usize = 3;
+    pub(super) const ALL: [Self; Self::COUNT] =
+        [Self::FirstGoal, Self::ShorterPath, Self::OtherGoal];
 }
 
 /// The graph as an objective sees it.

@@ -68,6 +68,44 @@ proptest! {
         }
     }
 
+    /// What is remembered of starts where nothing was left to try is what an explorer without memory finds there.
+    #[test]
+    fn starts_from_which_nothing_was_left_to_try_are_remembered_rightly(
+        world in walled_grids(),
+        goal in 1usize..36,
+        seed in any::<u64>(),
+    ) {
+        let goal = 1 + goal % (world.num_states() - 1);
+        let n = world.num_states();
+        let mut follower = Follower::new(world, &[(goal, 0)], Optimism::SeenGoals, seed);
+        while follower.episode(6 * n).is_none() && follower.goals_in_reach() {}
+        let mut remembered = 0;
+        for round in 0..4 * n {
+            let starts = follower.names.len();
+            let start = StateId((round * 7 % starts) as u32);
+            if follower.goal(start).is_some() {
+                continue;
+            }
+            follower.explorer.begin_episode(&mut follower.model, &follower.graph, start);
+            if follower.explorer.expects_nothing() {
+                remembered += 1;
+                let mut model = follower.model.clone();
+                let mut forgetful = Explorer::new(ChaCha8Rng::seed_from_u64(seed));
+                forgetful.begin_episode(&mut model, &follower.graph, start);
+                prop_assert_eq!(forgetful.plan(&mut model, &follower.graph, start), None);
+            }
+            let mut here = start;
+            for _ in 0..3 * n {
+                let action = follower.advised(here);
+                here = follower.step(here, action);
+                if follower.goal(here).is_some() {
+                    break;
+                }
+            }
+        }
+        prop_assert!(remembered > n || !follower.goals_in_reach(), "{} of {}", remembered, n);
+    }
+
     /// The same for a turtle on the same grid, which learns on the way that it turns.
     #[test]
     fn turtles_visit_every_state_and_find_shortest_paths(
