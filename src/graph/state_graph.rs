@@ -48,6 +48,19 @@ impl<S: Clone + Eq + Hash> StateGraph<S> {
         }
     }
 
+    /// The same for a state that `action` has led to from `from`: as often as not the one that it led to the last time, which is recognised without
+    /// hashing.
+    ///
+    /// # Panics
+    /// If `from` or the action does not exist, or there are 2³² − 1 states already.
+    #[inline]
+    pub fn intern_next(&mut self, from: StateId, action: Action, state: &S) -> (StateId, bool) {
+        match self.transitions.latest_outcome(from, action) {
+            Some(latest) if self.states[latest.index()] == *state => (latest, false),
+            _ => self.intern(state),
+        }
+    }
+
     /// The number of `state`, if it was seen. O(1).
     pub fn id(&self, state: &S) -> Option<StateId> {
         self.states
@@ -178,6 +191,27 @@ mod tests {
         }
         assert_eq!(graph.states().copied().collect::<Vec<_>>(), ["c", "a", "b"]);
         assert_eq!((graph.id(&"d"), graph.state(StateId(1))), (None, &"a"));
+    }
+
+    #[test]
+    fn what_an_action_has_led_to_is_found_like_anything_else() {
+        let mut graph = StateGraph::new(1);
+        let (home, action) = (graph.intern(&"home").0, Action(0));
+        for (word, expected) in [
+            ("a", (1, true)),
+            ("a", (1, false)),
+            ("b", (2, true)),
+            ("a", (1, false)),
+            ("home", (0, false)),
+        ] {
+            let (state, is_new) = graph.intern_next(home, action, &word);
+            assert_eq!((state.0, is_new), expected, "{word}");
+            graph.record(home, action, 0.0, state, false);
+            let latest = graph.transitions().latest_outcome(home, action);
+            assert_eq!(latest, Some(state));
+            graph.assert_consistent();
+        }
+        assert_eq!(graph.transitions().latest_outcome(StateId(1), action), None);
     }
 
     #[test]

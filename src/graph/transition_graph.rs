@@ -193,6 +193,17 @@ impl TransitionGraph {
         self.attempts[self.slot(state, action)].tries
     }
 
+    /// Where (state, action) led the last time; `None` if it was never tried. O(1).
+    ///
+    /// # Panics
+    /// If the state or the action does not exist.
+    #[inline]
+    pub fn latest_outcome(&self, state: StateId, action: Action) -> Option<StateId> {
+        let latest = self.attempts[self.slot(state, action)].latest;
+        let (_, next) = self.digraph.edge_endpoints(latest)?;
+        Some(state_of(next))
+    }
+
     /// Number of actions of `state` never tried. O(1).
     ///
     /// # Panics

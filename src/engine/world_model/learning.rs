@@ -36,7 +36,7 @@ impl<S: Clone + Eq + Hash> WorldModel<S> {
         self.check(action, step.reward)?;
         self.step += 1;
         let terminated = step.status == StepStatus::Terminated;
-        let (to, new_state) = self.graph.intern(&step.state);
+        let (to, new_state) = self.graph.intern_next(from, action, &step.state);
         let untried = self.graph.transitions().tries(from, action) == 0;
         let known = self.graph.transitions().num_transitions();
         let new_edge = self.graph.record(from, action, step.reward, to, terminated);
