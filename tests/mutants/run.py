@@ -268,8 +268,8 @@ def folder_of(copy, program):
     return copy / "crates/spectra" if "eigentrail_spectra" in program else copy
 
 
-def stages(mutant, programs):
-    """Programs of tests with their filters, the nearest first."""
+def near(mutant, programs):
+    """Programs of tests that are soon done, with their filters, the nearest first."""
     if mutant.file.startswith("crates/spectra"):
         yield programs["eigentrail_spectra"], ()
     else:
@@ -278,15 +278,19 @@ def stages(mutant, programs):
         yield programs["eigentrail"], (module.split("::")[0] + "::",)
         yield programs["eigentrail"], ()
     yield programs["golden"], ()
+
+
+def far(mutant, programs):
+    """What is left for those that have survived so far."""
     yield programs["library"], ()
 
 
-def judge(mutant, copy, programs, usual):
+def judge(mutant, stages, copy, usual):
     """`killed` or `survived`. `usual`: by program, how long it takes without a mutant, and the tests that fail even so."""
     folder = f"/dev/shm/mutants/{mutant.number}"
     Path(folder).mkdir(parents=True)
     try:
-        for program, filters in stages(mutant, programs):
+        for program, filters in stages:
             seconds, hopeless = usual[program]
             skip = [word for name in hopeless for word in ("--skip", name)]
             if fails(program, copy, mutant.number, [*filters, *skip], 5 * seconds + 20, folder):
@@ -334,31 +338,44 @@ def main():
     shutil.rmtree("/dev/shm/mutants", ignore_errors=True)
     kinds = ["--workspace", "--exclude", "eigentrail-python", "--lib", "--test", "golden", "--test", "library"]
     chosen, programs, left_out = sampled(copy, arguments.sample, arguments.seed, kinds, ever_woven)
-    usual = {}
-    for program in dict.fromkeys(program for mutant in chosen for program, _ in stages(mutant, programs)):
-        Path("/dev/shm/mutants/0").mkdir(parents=True, exist_ok=True)
-        begun = time.monotonic()
-        with started(program, copy, 0, (), "/dev/shm/mutants/0") as process:
-            hopeless = sorted(filter(None, map(name_of_failed, process.stdout)))
-        usual[program] = time.monotonic() - begun, hopeless
-        print(f"{Path(program).name}: {usual[program][0]:.0f} s, without {hopeless}", flush=True)
     outcomes = {}
     if arguments.out and arguments.out.exists():
         outcomes = {row["name"]: row["outcome"] for row in map(json.loads, arguments.out.open())}
+    left = [mutant for mutant in chosen if mutant.name not in outcomes]
+    for stages in (near, far):
+        usual = {}
+        for program in dict.fromkeys(program for mutant in left for program, _ in stages(mutant, programs)):
+            usual[program] = undisturbed(program, copy)
+            print(f"{Path(program).name}: {usual[program][0]:.0f} s, without {usual[program][1]}", flush=True)
 
-    def one(mutant):
-        outcome = outcomes.get(mutant.name) or judge(mutant, copy, programs, usual)
-        if arguments.out and mutant.name not in outcomes:
-            with arguments.out.open("a") as out:
-                print(json.dumps({"name": mutant.name, "outcome": outcome}), file=out)
-        if outcome == "survived":
-            print(f"survived: {mutant.name}", flush=True)
-        return outcome
+        def one(mutant):
+            outcome = judge(mutant, stages(mutant, programs), copy, usual)
+            if outcome == "killed" or stages is far:
+                outcomes[mutant.name] = outcome
+                if arguments.out:
+                    with arguments.out.open("a") as out:
+                        print(json.dumps({"name": mutant.name, "outcome": outcome}), file=out)
+            else:
+                print(f"survived so far: {mutant.name}", flush=True)
 
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        counts = collections.Counter(pool.map(one, chosen))
-    score = counts["killed"] / len(chosen)
-    print(f"{counts['killed']} of {len(chosen)} killed ({score:.1%}), {left_out} left out, seed {arguments.seed}")
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            list(pool.map(one, left))
+        left = [mutant for mutant in left if mutant.name not in outcomes]
+    for mutant in chosen:
+        if outcomes[mutant.name] == "survived":
+            print(f"survived: {mutant.name}")
+    killed = sum(outcomes[mutant.name] == "killed" for mutant in chosen)
+    print(f"{killed} of {len(chosen)} killed ({killed / len(chosen):.1%}), {left_out} left out, seed {arguments.seed}")
+
+
+def undisturbed(program, copy):
+    """How long a program of tests takes without a mutant, and the tests that fail even so."""
+    folder = Path("/dev/shm/mutants/0")
+    folder.mkdir(parents=True, exist_ok=True)
+    begun = time.monotonic()
+    with started(program, copy, 0, (), str(folder)) as process:
+        hopeless = sorted(filter(None, map(name_of_failed, process.stdout)))
+    return time.monotonic() - begun, hopeless
 
 
 if __name__ == "__main__":
