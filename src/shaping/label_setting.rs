@@ -204,23 +204,15 @@ impl<'a> Labels<'a> {
         };
         self.worth[choice] = known + probability * label;
         self.pending[choice] -= probability;
-        let mut choices = process.choices_of(position);
+        let choices = process.choices_of(position);
         if choices.clone().all(|c| self.num_outcomes[c] <= 1) {
             self.join(position, choice);
         } else {
             // Outcomes that have no label yet are taken for as good as the last one that got one.
             let mut maximum = SoftMaximum::NOTHING;
-            let tau = self.tau[position];
-            for c in choices
-                .by_ref()
-                .filter(|&c| self.worth[c] > f64::NEG_INFINITY)
-            {
-                let pending = if self.num_outcomes[c] > 1 {
-                    self.pending[c]
-                } else {
-                    0.0
-                };
-                maximum.add(self.worth[c] + pending * label, process.prior(c), tau);
+            for c in choices.filter(|&c| self.worth[c] > f64::NEG_INFINITY) {
+                let worth = self.worth[c] + self.pending[c] * label;
+                maximum.add(worth, process.prior(c), self.tau[position]);
             }
             self.maxima[position] = maximum;
         }

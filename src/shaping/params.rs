@@ -243,13 +243,20 @@ mod tests {
             },
             "shaping.mix = 1.5: must be between 0 and 1",
         );
-        check(
-            ShapingParams {
-                scale_factor: f64::NAN,
-                ..Default::default()
-            },
-            "shaping.scale_factor = NaN: must be a positive number of at most 1e6",
-        );
+        for (scale_factor, said) in [
+            (f64::NAN, "NaN"),
+            (-1.0, "-1"),
+            (0.0, "0"),
+            (2e6, "2000000"),
+        ] {
+            check(
+                ShapingParams {
+                    scale_factor,
+                    ..Default::default()
+                },
+                &format!("shaping.scale_factor = {said}: must be a positive number of at most 1e6"),
+            );
+        }
         check(
             ShapingParams {
                 temperature: 0.0,

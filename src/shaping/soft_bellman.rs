@@ -132,7 +132,7 @@ impl<'p> SoftBellman<'p> {
         (v, statistics)
     }
 
-    /// V from a guess, as left by an earlier solve on a smaller world: NaN where there is none. If that leads nowhere, from nothing.
+    /// V from a guess, as left by a solve at other temperatures: NaN where there is none. If that leads nowhere, from nothing.
     ///
     /// # Panics
     /// If `tau` or `guess` has not one entry per position.
