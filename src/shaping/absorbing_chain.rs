@@ -104,11 +104,6 @@ impl AbsorbingChain {
         self.num_goals
     }
 
-    /// Number of entries of P.
-    pub fn nnz(&self) -> usize {
-        self.columns.len()
-    }
-
     /// The state at each position.
     pub fn order(&self) -> &[u32] {
         &self.order

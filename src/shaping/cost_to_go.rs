@@ -99,6 +99,13 @@ mod tests {
         assert_eq!(reach.distance, [0.0, 1.0, 7.0, 8.0, 9.0]);
     }
 
+    #[test]
+    fn a_goal_that_forgoes_minus_nothing_is_as_near_as_any() {
+        let transitions = TransitionMatrix::undirected(&grid(1, 5, &[]));
+        let reach = cost_to_go(&transitions, &[1.0; 5], &[0, 4], &[-0.0, 0.0]);
+        assert_eq!(reach.distance, [0.0, 1.0, 2.0, 1.0, 0.0]);
+    }
+
     proptest! {
         /// Bellman's equation, and the order that the chain relies on.
         #[test]

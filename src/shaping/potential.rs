@@ -190,6 +190,7 @@ mod tests {
     fn a_table_grows_inherits_and_takes_fits_over() {
         let mut table = PotentialTable::new();
         assert_eq!(table.value(StateId(9)), 0.0);
+        assert_eq!((table.is_empty(), table.len()), (true, 0));
         let fit = |values: &[f64]| PotentialFit {
             values: values.to_vec(),
             ..Default::default()
@@ -212,6 +213,7 @@ mod tests {
         table.extend(StateId(4), -2.5);
         table.replace(&fit(&[0.0, -2.0])).unwrap();
         assert_eq!(table.values(), [0.0, -2.0, -4.0, -1.0, -2.5]);
+        assert_eq!((table.is_empty(), table.len()), (false, 5));
         table.flatten();
         assert_eq!(
             (table.values(), table.value(StateId(9))),

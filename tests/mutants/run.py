@@ -230,7 +230,7 @@ def blamed(copy, said):
 
 def limited():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    os.setsid()
+    os.setpgid(0, 0)
 
 
 def fails(program, copy, number, arguments, seconds, folder):
@@ -246,7 +246,9 @@ def fails(program, copy, number, arguments, seconds, folder):
 
 
 def started(program, copy, number, arguments, folder):
-    environment = {**os.environ, SWITCH: str(number), "TMPDIR": folder, "RUST_BACKTRACE": "0"}
+    # What proptest finds under one mutant is nothing to try under the next.
+    environment = {**os.environ, SWITCH: str(number), "TMPDIR": folder, "RUST_BACKTRACE": "0",
+                   "PROPTEST_DISABLE_FAILURE_PERSISTENCE": "1"}
     return subprocess.Popen([program, *arguments, "--test-threads=1"], cwd=folder_of(copy, program), env=environment,
                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, errors="replace",
                             preexec_fn=limited)
