@@ -142,10 +142,6 @@ impl Follower {
         }
     }
 
-    pub(super) fn goals_in_reach(&self) -> bool {
-        self.optimum().is_some()
-    }
-
     /// The fewest steps plus handicap from the start, by the world itself.
     pub(super) fn optimum(&self) -> Option<u32> {
         let mut ending = self.world.clone();

@@ -324,6 +324,17 @@ impl DecisionProcess {
         self.priors[choice]
     }
 
+    /// What the mean choice of `p` pays if every outcome is as good as `p`.
+    pub(super) fn worth_for_ever(&self, p: usize) -> f64 {
+        let ends = |choice: usize| {
+            let own = self.range(p).filter(|&e| self.owners[e] as usize == choice);
+            own.fold(1.0, |end, e| end - self.probabilities[e])
+        };
+        self.choices_of(p)
+            .map(|c| self.prior(c) * self.reward(c) / ends(c).max(1e-9))
+            .sum()
+    }
+
     pub(super) fn nnz(&self) -> usize {
         self.columns.len()
     }

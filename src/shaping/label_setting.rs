@@ -111,7 +111,7 @@ pub(super) fn settling_order(process: &DecisionProcess, tau: &[f64]) -> Vec<u32>
         let next = next.or_else(|| {
             waiting
                 .find(|&p| !labels.is_final[p])
-                .map(|p| (p, labels.unaided(p)))
+                .map(|p| (p, process.worth_for_ever(p)))
         });
         let Some((position, label)) = next else { break };
         labels.is_final[position] = true;
@@ -182,15 +182,6 @@ impl<'a> Labels<'a> {
             self.offer(position); // a further outcome was worse than the first one
         }
         None
-    }
-
-    /// What the mean choice pays if its outcomes are no better than the state.
-    fn unaided(&self, position: usize) -> f64 {
-        let of_choice = |c: usize| {
-            let ends = (1.0 - self.pending[c]).max(1e-9);
-            self.process.prior(c) * self.process.reward(c) / ends
-        };
-        self.process.choices_of(position).map(of_choice).sum()
     }
 
     /// The outcome `entry` of a choice of `position` has got its final label.

@@ -182,22 +182,8 @@ impl<'p> SoftBellman<'p> {
         let best = leads_to.fold(f64::NEG_INFINITY, f64::max);
         match best.is_finite() {
             true => best,
-            false => self.worth_for_ever(i),
+            false => process.worth_for_ever(i),
         }
-    }
-
-    /// What the mean choice of `i` pays if every outcome is as good as `i`.
-    fn worth_for_ever(&self, i: usize) -> f64 {
-        let process = self.process;
-        let ends = |choice: usize| {
-            let entries = process.range(i);
-            let own = entries.filter(|&e| process.owners()[e] as usize == choice);
-            own.fold(1.0, |end, e| end - process.probabilities()[e])
-        };
-        process
-            .choices_of(i)
-            .map(|c| process.prior(c) * process.reward(c) / ends(c).max(1e-9))
-            .sum()
     }
 
     /// Writes Q(i, ·) into `self.choices`, with V_j = `value(j)`.
