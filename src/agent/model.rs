@@ -322,17 +322,17 @@ impl EmpiricalModel {
         self.noise.variance().sqrt()
     }
 
-    /// Standard error of r̂(state, action): √(Σ_s′ N(s, a, s′) σ²(s, a, s′)) / N(s, a). σ is that of the rewards seen, σ₀ for a single one, 0 if all of several were equal.
-    /// 0 if the action was never tried. O(outcomes).
-    pub fn standard_error_of_reward(&self, state: StateId, action: Action) -> f64 {
-        if self.noise.rewards == 0 {
+    /// Standard error of r̂(state, action): √(Σ_s′ N(s, a, s′) σ²(s, a, s′)) / N(s, a). σ is that of the rewards seen, `typical` for a single one, 0 if all of several were equal.
+    /// 0 if the action was never tried, or if `typical` is 0. O(outcomes).
+    pub fn standard_error_of_reward(&self, state: StateId, action: Action, typical: f64) -> f64 {
+        if typical == 0.0 {
             return 0.0; // as in most worlds
         }
         let pair = self.pairs.get(self.place(state, action));
         let Some(pair) = pair.filter(|pair| pair.tries > 0) else {
             return 0.0;
         };
-        let typical = self.noise.variance();
+        let typical = typical.powi(2);
         let of_outcome = |i: usize| {
             let entry = &self.entries[i];
             match (entry.count, entry.deviation > 0.0) {

@@ -27,7 +27,8 @@
 //!
 //! **Tried actions** may have shown their worst side. Once any action was seen to have two outcomes, b = β r_max / (L √N(s, a)), the bonus
 //! of MBIE-EB (Strehl & Littman 2008), with the largest reward seen spread over the longest episode; 0 before that. Where the same transition was seen to pay now more, now less,
-//! b′ = 3 β σ̂ / √N, three β standard errors of r̂(s, a), with the deviation typical of such transitions where only one reward was seen.
+//! b′ = 3 β σ̂ / √N, three β standard errors of r̂(s, a), with σ₀, the deviation typical of such transitions, where only one reward was seen.
+//! r_max / L and σ₀ are reckoned anew when they have changed by half.
 //!
 //! **Every action is tried again and again**: after a life of 8192 steps a state known, an action with fewer than w √n tries is taken
 //! where its state was left n times, the least tried first and whatever is advised; w rises from 0 to 1 while that life is lived once more. So N(s, a) → ∞ wherever s is visited for ever, P̂, r̂
@@ -61,8 +62,8 @@ const DOUBT: f64 = 0.5;
 const FURTHER_DOUBT: f64 = 1.0 / 64.0;
 /// b′, in standard errors of the mean reward, is β times this.
 const NOISE_DOUBT: f64 = 3.0;
-/// All values are computed anew when bonuses have grown by this factor since.
-const GROWTH: f64 = 1.5;
+/// Bonuses are reckoned anew, and with them all values, when they would change by this factor.
+const STALE: f64 = 1.5;
 /// Plans reckon with episodes so many times as long as the longest one seen.
 const LONG_EPISODES: f64 = 10.0;
 /// Changes that add up to less than this share of c are not passed on.
@@ -181,7 +182,7 @@ pub struct ReplayActorCritic {
     steps: u64,
     /// Whether an action was seen to have two outcomes.
     stochastic: bool,
-    /// b(1) and the noise of rewards as of when all values were last queued for them.
+    /// b(1) and σ₀ that values are reckoned with: those of the day would put every value out of date at every step.
     bonus_heeded: f64,
     noise_heeded: f64,
     /// φ by state, as of the last fit; of a state found since, that of the state it was entered from.
@@ -250,18 +251,20 @@ impl ReplayActorCritic {
         self.values[state.index()] + self.shaping_of(state)
     }
 
-    /// b.
-    fn bonus(&self, tries: u32) -> f64 {
-        if !self.stochastic || self.params.bonus == 0.0 {
-            return 0.0;
+    /// b(1), of the day.
+    fn bonus_of_one(&self) -> f64 {
+        match self.stochastic {
+            true => self.params.bonus * self.scale.largest_reward / f64::from(self.scale.longest),
+            false => 0.0,
         }
-        let a_step = self.scale.largest_reward / f64::from(self.scale.longest);
-        self.params.bonus * a_step / f64::from(tries).sqrt()
     }
 
-    /// b′ of a mean reward with this standard error.
-    fn noise_bonus(&self, error: f64) -> f64 {
-        self.params.bonus * NOISE_DOUBT * error
+    /// b + b′ of a tried action.
+    fn bonus(&self, state: StateId, action: Action) -> f64 {
+        let tries = f64::from(self.model.tries(state, action));
+        let typical = self.noise_heeded;
+        let error = self.model.standard_error_of_reward(state, action, typical);
+        self.bonus_heeded / tries.sqrt() + self.params.bonus * NOISE_DOUBT * error
     }
 
     /// Q(state, action), `untried` for what was never tried.
@@ -269,11 +272,7 @@ impl ReplayActorCritic {
         let seen = self
             .model
             .action_value(state, action, self.gamma(), |next| self.worth(next));
-        let of_tried = |value| {
-            let bonus = self.bonus(self.model.tries(state, action));
-            let noise = self.noise_bonus(self.model.standard_error_of_reward(state, action));
-            value - self.shaping_of(state) + bonus + noise
-        };
+        let of_tried = |value| value - self.shaping_of(state) + self.bonus(state, action);
         seen.map(of_tried).or(untried)
     }
 
@@ -424,18 +423,19 @@ impl ReplayActorCritic {
         if end_is_lost {
             self.ways.fill(Way::Unknown); // in a circle each state would go on to vouch for the next
         }
-        let bonus = self.bonus(1);
-        let bonus_grew = bonus > GROWTH * self.bonus_heeded;
-        if bonus_grew {
+        let bonus = self.bonus_of_one();
+        let bonus_is_stale = is_stale(self.bonus_heeded, bonus);
+        if bonus_is_stale {
             self.bonus_heeded = bonus;
         }
-        if scale_changed || end_is_lost || bonus_grew {
+        if scale_changed || end_is_lost || bonus_is_stale {
             self.queue_all(f64::MIN_POSITIVE);
         }
         let noise = self.model.reward_noise();
-        if noise > GROWTH * self.noise_heeded {
+        if is_stale(self.noise_heeded, noise) {
+            let change = (noise - self.noise_heeded).abs();
             self.noise_heeded = noise;
-            self.queue_all(self.noise_bonus(noise));
+            self.queue_all(self.params.bonus * NOISE_DOUBT * change);
         }
     }
 
@@ -527,6 +527,11 @@ impl Agent for ReplayActorCritic {
         self.write_preferences(state, &mut preferences);
         first_best(&advised(&preferences, advice))
     }
+}
+
+/// Whether `now` is too far from the number that is reckoned with.
+fn is_stale(heeded: f64, now: f64) -> bool {
+    now > STALE * heeded || heeded > STALE * now
 }
 
 #[cfg(test)]

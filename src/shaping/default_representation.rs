@@ -28,9 +28,9 @@ use super::params::ScaleMode;
 use super::{PotentialFit, ShapingError};
 use serde::{Deserialize, Serialize};
 
-/// Bellman residual at which V is final: in nats, and as a share of the smallest cost of a step.
+/// Bellman residual at which V is final: in nats, and as a share of the smallest cost of a step, which is what V is wrong by, as a share of itself, at most.
 const FINAL_TOL: f64 = 1e-5;
-const FINAL_SHARE: f64 = 1e-3;
+const FINAL_SHARE: f64 = 1e-4;
 
 fn final_tolerance(past_goals: &[f64]) -> f64 {
     let cheapest = past_goals.iter().copied().fold(1.0, f64::min);

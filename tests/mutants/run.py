@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -42,6 +41,10 @@ pub mod mutants {{
 """
 LIBRARIES = ("src/lib.rs", "crates/spectra/src/lib.rs")
 MEMORY = 8 << 30
+# Five times what the tests usually take of the processor, and not by the clock: others may use the machine. One that sleeps for ever is left, too.
+SLOWER = 5
+PATIENCE = 5
+HOUR = 3600
 
 
 class Mutant:
@@ -228,15 +231,16 @@ def blamed(copy, said):
     return found
 
 
-def limited():
+def limited(seconds):
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     os.setpgid(0, 0)
 
 
 def fails(program, copy, number, arguments, seconds, folder):
     """Whether one program of tests fails under a mutant; left at the first failure."""
-    with started(program, copy, number, arguments, folder) as process:
-        late = threading.Timer(seconds, kill, (process,))
+    with started(program, copy, number, arguments, seconds, folder) as process:
+        late = threading.Timer(PATIENCE * seconds, kill, (process,))
         late.start()
         failed = any(name_of_failed(line) for line in process.stdout)
         late.cancel()
@@ -245,13 +249,13 @@ def fails(program, copy, number, arguments, seconds, folder):
         return process.wait() != 0 or failed
 
 
-def started(program, copy, number, arguments, folder):
+def started(program, copy, number, arguments, seconds, folder):
     # What proptest finds under one mutant is nothing to try under the next.
     environment = {**os.environ, SWITCH: str(number), "TMPDIR": folder, "RUST_BACKTRACE": "0",
                    "PROPTEST_DISABLE_FAILURE_PERSISTENCE": "1"}
     return subprocess.Popen([program, *arguments, "--test-threads=1"], cwd=folder_of(copy, program), env=environment,
                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, errors="replace",
-                            preexec_fn=limited)
+                            preexec_fn=lambda: limited(seconds))
 
 
 def kill(process):
@@ -288,14 +292,14 @@ def far(mutant, programs):
 
 
 def judge(mutant, stages, copy, usual):
-    """`killed` or `survived`. `usual`: by program, how long it takes without a mutant, and the tests that fail even so."""
+    """`killed` or `survived`. `usual`: by program, the time it takes of the processor without a mutant, and the tests that fail even so."""
     folder = f"/dev/shm/mutants/{mutant.number}"
     Path(folder).mkdir(parents=True)
     try:
         for program, filters in stages:
             seconds, hopeless = usual[program]
             skip = [word for name in hopeless for word in ("--skip", name)]
-            if fails(program, copy, mutant.number, [*filters, *skip], 5 * seconds + 20, folder):
+            if fails(program, copy, mutant.number, [*filters, *skip], int(SLOWER * seconds) + 20, folder):
                 return "killed"
         return "survived"
     finally:
@@ -371,13 +375,19 @@ def main():
 
 
 def undisturbed(program, copy):
-    """How long a program of tests takes without a mutant, and the tests that fail even so."""
+    """How long a program of tests takes of the processor without a mutant, and the tests that fail even so."""
     folder = Path("/dev/shm/mutants/0")
     folder.mkdir(parents=True, exist_ok=True)
-    begun = time.monotonic()
-    with started(program, copy, 0, (), str(folder)) as process:
+    before = used()
+    with started(program, copy, 0, (), HOUR, str(folder)) as process:
         hopeless = sorted(filter(None, map(name_of_failed, process.stdout)))
-    return time.monotonic() - begun, hopeless
+    return used() - before, hopeless
+
+
+def used():
+    """Seconds of the processor that programs which have ended took."""
+    of_children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return of_children.ru_utime + of_children.ru_stime
 
 
 if __name__ == "__main__":
