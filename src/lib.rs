@@ -94,6 +94,7 @@ pub mod engine;
 pub mod env;
 pub mod error;
 pub mod exploration;
+mod exponential;
 #[cfg(feature = "cli")]
 pub mod export;
 pub mod features;

@@ -9,7 +9,10 @@
 //! there is no advice. Without it a policy that settled on the lesser of two goals hardly ever finds the greater
 //! one, nor a goal that moved.
 
+use super::table::largest;
+use crate::exponential::{exp, exp_of_four};
 use rand::{Rng, RngExt};
+use std::array::from_fn;
 
 /// Writes π(·|s) into `probabilities`.
 ///
@@ -29,26 +32,46 @@ pub fn softmax(preferences: &[f64], advice: &[f64], clip: f64, probabilities: &m
         probabilities.len(),
         "one number of advice per action"
     );
-    let mut largest = f64::NEG_INFINITY;
-    for ((logit, &preference), &advice) in probabilities.iter_mut().zip(preferences).zip(advice) {
-        *logit = clamp(preference, clip) + advice;
-        largest = if *logit > largest { *logit } else { largest };
+    if let (Ok(preferences), Ok(advice), Ok(probabilities)) = (
+        preferences.try_into(),
+        advice.try_into(),
+        probabilities.try_into(),
+    ) {
+        return softmax_of_four(preferences, advice, clip, probabilities);
     }
-    let mut total = 0.0;
-    for p in probabilities.iter_mut() {
-        *p = libm::exp(*p - largest);
-        total += *p;
+    let logits = preferences.iter().zip(advice);
+    for (p, (&preference, &advice)) in probabilities.iter_mut().zip(logits) {
+        *p = clamp(preference, clip) + advice;
     }
-    let scale = 1.0 / total;
+    let largest = largest(probabilities);
+    probabilities
+        .iter_mut()
+        .for_each(|p| *p = exp(*p - largest));
+    let scale = 1.0 / probabilities.iter().sum::<f64>();
     probabilities.iter_mut().for_each(|p| *p *= scale);
+}
+
+/// The same for as many actions as grids have, in registers.
+#[inline]
+fn softmax_of_four(
+    preferences: &[f64; 4],
+    advice: &[f64; 4],
+    clip: f64,
+    probabilities: &mut [f64; 4],
+) {
+    let logits: [f64; 4] = from_fn(|a| clamp(preferences[a], clip) + advice[a]);
+    let largest = largest(&logits);
+    let mut weights: [f64; 4] = from_fn(|a| logits[a] - largest);
+    exp_of_four(&mut weights);
+    let scale = 1.0 / weights.iter().sum::<f64>();
+    *probabilities = from_fn(|a| weights[a] * scale);
 }
 
 /// `preference` moved into ±`clip`; NaN stays NaN.
 #[inline]
 pub(crate) fn clamp(preference: f64, clip: f64) -> f64 {
-    if preference > clip {
-        clip
-    } else if preference < -clip {
+    let preference = if preference > clip { clip } else { preference };
+    if preference < -clip {
         -clip
     } else {
         preference

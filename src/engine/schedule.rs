@@ -115,16 +115,23 @@ impl RefreshSchedule {
                 || now.edges > then.edges
                 || now.pairs_tried > then.pairs_tried
                 || now.step >= STALE * then.step.max(1);
-            let waited = now.step - then.step;
-            let patience =
-                (self.params.refit_share * now.nodes as f64 * self.lull(then, now)) as u64;
-            let gained =
-                (now.edges - then.edges) as f64 >= self.params.edge_growth * then.edges as f64;
-            let may_interrupt = waited >= self.params.refit_every && gained;
             changed
                 && (has_grown(then, now, self.params.growth)
-                    || waited >= patience && (episode_over || may_interrupt))
+                    || (episode_over || self.may_interrupt(then, now))
+                        && now.step - then.step >= self.patience(then, now))
         })
+    }
+
+    /// Whether an episode may be interrupted for a fit.
+    fn may_interrupt(&self, then: Moment, now: Moment) -> bool {
+        let gained = (now.edges - then.edges) as f64;
+        now.step - then.step >= self.params.refit_every
+            && gained >= self.params.edge_growth * then.edges as f64
+    }
+
+    /// Steps that a fit waits after the one `then`.
+    fn patience(&self, then: Moment, now: Moment) -> u64 {
+        (self.params.refit_share * now.nodes as f64 * self.lull(then, now)) as u64
     }
 
     /// How much longer than usual a fit may wait for what is new since `then`: 1 from `edge_growth` on.

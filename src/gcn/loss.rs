@@ -15,6 +15,7 @@
 
 use super::Smoothness;
 use super::rows::{pack, rows_per_lane, view};
+use crate::exponential::{exp, exp_in_place};
 use crate::graph::SymmetricCsr;
 use faer::MatRef;
 use rayon::prelude::*;
@@ -170,18 +171,16 @@ fn softmax_rows(values: &mut [f64], classes: usize) {
 
 fn softmax(row: &mut [f64]) {
     let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut sum = 0.0;
-    for value in row.iter_mut() {
-        *value = libm::exp(*value - largest);
-        sum += *value;
-    }
+    row.iter_mut().for_each(|value| *value -= largest);
+    exp_in_place(row);
+    let sum: f64 = row.iter().sum();
     row.iter_mut().for_each(|value| *value /= sum);
 }
 
 /// ln Σ exp z over the entries of a row, which is walked twice.
 fn log_sum_exp<I: Iterator<Item = f64>>(row: impl Fn() -> I) -> f64 {
     let largest = row().fold(f64::NEG_INFINITY, f64::max);
-    largest + libm::log(row().map(|z| libm::exp(z - largest)).sum::<f64>())
+    largest + libm::log(row().map(|z| exp(z - largest)).sum::<f64>())
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 //! in this one.
 
 use super::decision_process::DecisionProcess;
+use crate::exponential::exp;
 use std::collections::BinaryHeap;
 
 /// A soft maximum that choices join one by one: τ ln total is what it lies above `best`.
@@ -28,15 +29,15 @@ impl SoftMaximum {
     };
 
     fn add(&mut self, worth: f64, weight: f64, tau: f64) {
-        let exp = |difference: f64| match tau > 0.0 {
-            true => libm::exp(difference / tau),
+        let share = |difference: f64| match tau > 0.0 {
+            true => exp(difference / tau),
             false => 0.0,
         };
         if worth <= self.best {
-            self.total += weight * exp(worth - self.best);
+            self.total += weight * share(worth - self.best);
         } else {
             let before = if self.total > 0.0 {
-                self.total * exp(self.best - worth)
+                self.total * share(self.best - worth)
             } else {
                 0.0
             };

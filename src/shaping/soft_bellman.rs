@@ -37,6 +37,7 @@
 //! halved, down to plain Gauss–Seidel, a regular splitting of an M-matrix, which converges.
 
 use super::decision_process::DecisionProcess;
+use crate::exponential::exp_in_place;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -96,6 +97,8 @@ pub struct SoftBellman<'p> {
     inflow: Vec<f64>,
     /// Q, then π, of the choices of one state.
     choices: Vec<f64>,
+    /// (Q − max Q) / τ of these.
+    above: Vec<f64>,
 }
 
 impl<'p> SoftBellman<'p> {
@@ -113,6 +116,7 @@ impl<'p> SoftBellman<'p> {
             carry: CARRY,
             inflow: Vec::new(),
             choices: Vec::new(),
+            above: Vec::new(),
         }
     }
 
@@ -217,11 +221,14 @@ impl<'p> SoftBellman<'p> {
             self.divergence[i] = 0.0;
             return best;
         }
+        self.above.clear();
+        self.above
+            .extend(self.choices.iter().map(|q| (q - best) / tau));
+        self.choices.copy_from_slice(&self.above);
+        exp_in_place(&mut self.choices);
         let (mut total, mut mean) = (0.0, 0.0);
-        for (c, q) in self.choices.iter_mut().enumerate() {
-            let above = (*q - best) / tau;
-            let weight = if above == 0.0 { 1.0 } else { libm::exp(above) };
-            *q = self.process.prior(first + c) * weight;
+        for (c, (q, above)) in self.choices.iter_mut().zip(&self.above).enumerate() {
+            *q *= self.process.prior(first + c);
             total += *q;
             if *q > 0.0 {
                 mean += *q * above;

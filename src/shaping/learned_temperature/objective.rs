@@ -8,6 +8,7 @@
 //! The rows of the process are arranged for the first z. Neither V nor μ starts over from epoch to epoch: each is followed by a few sweeps, and solved to full tolerance at both ends.
 
 use super::misfit::Misfit;
+use crate::exponential::exp;
 use crate::gcn::{GcnError, Smoothness};
 use crate::graph::StateId;
 use crate::shaping::ShapingParams;
@@ -93,7 +94,7 @@ fn write_temperatures(
     let clip = shaping.log_temperature_clip;
     let unit = shaping.temperature * model.step_reward;
     for (tau, &state) in tau.iter_mut().zip(model.process.order()) {
-        *tau = unit * libm::exp(z[(state as usize, 0)].clamp(-clip, clip));
+        *tau = unit * exp(z[(state as usize, 0)].clamp(-clip, clip));
     }
 }
 
