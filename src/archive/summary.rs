@@ -1,5 +1,6 @@
 //! The summary of a run: `summary.json`.
 
+use super::comparison::TrialTiming;
 use serde::{Deserialize, Serialize};
 
 /// Results of one seed. Equal runs have equal results, bit for bit: no clock is read for them.
@@ -41,7 +42,7 @@ pub struct SeedResult {
 }
 
 /// Time that one seed took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SeedTiming {
     /// Master seed.
     pub seed: u64,
@@ -49,6 +50,29 @@ pub struct SeedTiming {
     pub wall_seconds: f64,
     /// Environment steps ÷ `wall_seconds`, or ÷ a nanosecond if no clock ticked.
     pub steps_per_second: f64,
+    /// Seconds in the eigensolver; 0 in summaries of versions that did not note it, as the two that follow.
+    #[serde(default)]
+    pub spectrum_seconds: f64,
+    /// Seconds in fits of the potential.
+    #[serde(default)]
+    pub fit_seconds: f64,
+    /// Seconds in everything else: environment, graph, exploration, learner, files.
+    #[serde(default)]
+    pub rest_seconds: f64,
+}
+
+impl SeedTiming {
+    /// The time of `seed`, by what took it.
+    pub fn new(seed: u64, timing: TrialTiming) -> Self {
+        Self {
+            seed,
+            wall_seconds: timing.wall_seconds,
+            steps_per_second: timing.steps_per_second,
+            spectrum_seconds: timing.spectrum_seconds,
+            fit_seconds: timing.fit_seconds,
+            rest_seconds: timing.rest_seconds,
+        }
+    }
 }
 
 /// Contents of `summary.json`: everything but `timing` is the same for equal runs.
@@ -113,12 +137,7 @@ mod tests {
                 spectrum_refreshes: 0,
                 gcn_fits: 0,
             };
-            let timing = SeedTiming {
-                seed,
-                wall_seconds: 1.0,
-                steps_per_second: 1.0,
-            };
-            summary.put(result, timing);
+            summary.put(result, SeedTiming::new(seed, TrialTiming::default()));
         }
         let seeds: Vec<u64> = summary.seeds.iter().map(|s| s.seed).collect();
         assert_eq!(seeds, [1, 3]);

@@ -32,7 +32,7 @@ impl Default for ScheduleParams {
             growth: 0.05,
             feature_growth: 0.25,
             refit_every: 50,
-            edge_growth: 0.01,
+            edge_growth: 0.05,
             refit_share: 0.1,
         }
     }
@@ -215,8 +215,8 @@ mod tests {
     fn fits_wait_longer_where_little_is_new() {
         let mut schedule = RefreshSchedule::new(ScheduleParams::default());
         schedule.fitted(at(1000, 1000, 2000));
-        // A tenth of the states in steps for 1 % and more; twice as long for half of that; as long as the states are many at most.
-        for (found, wait) in [(40, 100), (20, 100), (10, 200), (2, 1000), (1, 1000)] {
+        // A tenth of the states in steps for 5 % and more; twice as long for half of that; as long as the states are many at most.
+        for (found, wait) in [(200, 100), (100, 100), (50, 200), (10, 1000), (1, 1000)] {
             for episode_over in [false, true] {
                 let edges = 2000 + found;
                 let early = schedule.fit_due(at(999 + wait, 1000, edges), episode_over);
@@ -242,9 +242,9 @@ mod tests {
             schedule.fit_due(at(200, 100, 100), true),
             "as much was seen again"
         );
-        assert!(!schedule.fit_due(at(110, 100, 101), false));
-        assert!(schedule.fit_due(at(110, 100, 101), true));
-        assert!(schedule.fit_due(at(150, 100, 101), false));
+        assert!(!schedule.fit_due(at(110, 100, 105), false));
+        assert!(schedule.fit_due(at(110, 100, 105), true));
+        assert!(schedule.fit_due(at(150, 100, 105), false));
         assert!(schedule.fit_due(at(110, 105, 105), false));
         schedule.invalidate_fit();
         assert!(schedule.fit_due(at(110, 100, 100), false));

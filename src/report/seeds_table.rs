@@ -157,6 +157,7 @@ mod tests {
             seed,
             wall_seconds: 0.5,
             steps_per_second: 24_690.0,
+            ..Default::default()
         };
         (result, timing)
     }

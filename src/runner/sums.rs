@@ -153,7 +153,7 @@ impl Sums {
     }
 
     /// Seconds since the beginning.
-    pub fn wall_seconds(&self) -> f64 {
+    fn wall_seconds(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
     }
 

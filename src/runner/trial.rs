@@ -353,11 +353,6 @@ impl<E: Model> RunState for TrialIn<'_, E> {
     }
 
     fn timing(&self) -> SeedTiming {
-        let wall_seconds = self.sums.wall_seconds();
-        SeedTiming {
-            seed: self.seed,
-            wall_seconds,
-            steps_per_second: self.engine.steps() as f64 / wall_seconds.max(1e-9),
-        }
+        SeedTiming::new(self.seed, self.sums.timing(self.engine.steps()))
     }
 }

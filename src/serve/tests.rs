@@ -70,6 +70,7 @@ pub(super) fn update(step: u64) -> LiveUpdate {
             seed: 0,
             wall_seconds: 1.0,
             steps_per_second: step as f64,
+            ..Default::default()
         },
         episodes: (1..=step)
             .map(|episode| EpisodeRow {

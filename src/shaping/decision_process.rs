@@ -320,6 +320,11 @@ impl DecisionProcess {
         self.rewards[choice]
     }
 
+    /// w of the choices of `p`.
+    pub(super) fn priors_of(&self, p: usize) -> &[f64] {
+        &self.priors[self.choices_of(p)]
+    }
+
     pub(super) fn prior(&self, choice: usize) -> f64 {
         self.priors[choice]
     }

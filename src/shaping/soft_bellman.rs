@@ -37,8 +37,9 @@
 //! halved, down to plain Gauss–Seidel, a regular splitting of an M-matrix, which converges.
 
 use super::decision_process::DecisionProcess;
-use crate::exponential::exp_in_place;
+use crate::exponential::{exp, exp_of_four};
 use serde::{Deserialize, Serialize};
+use std::array::from_fn;
 use std::ops::Range;
 
 /// Relative change of δ at which a Newton step is good enough, and the sweeps it may take for that.
@@ -97,8 +98,44 @@ pub struct SoftBellman<'p> {
     inflow: Vec<f64>,
     /// Q, then π, of the choices of one state.
     choices: Vec<f64>,
-    /// (Q − max Q) / τ of these.
-    above: Vec<f64>,
+}
+
+/// Turns Q into π ∝ w e^{β (Q − best)}. Returns Σ w e^{β (Q − best)} and Σ π β (Q − best).
+fn weigh(choices: &mut [f64], prior: &[f64], best: f64, beta: f64) -> (f64, f64) {
+    let (mut total, mut mean) = (0.0, 0.0);
+    for (q, w) in choices.iter_mut().zip(prior) {
+        let above = (*q - best) * beta;
+        *q = w * exp(above);
+        total += *q;
+        mean += share(*q, above);
+    }
+    let scale = 1.0 / total;
+    choices.iter_mut().for_each(|pi| *pi *= scale);
+    (total, mean * scale)
+}
+
+/// The same for as many choices as grids have, in registers: most of what a fit does.
+#[inline]
+fn weigh_four(choices: &mut [f64; 4], prior: &[f64; 4], best: f64, beta: f64) -> (f64, f64) {
+    let above: [f64; 4] = from_fn(|c| (choices[c] - best) * beta);
+    let mut weights = above;
+    exp_of_four(&mut weights);
+    let weights: [f64; 4] = from_fn(|c| prior[c] * weights[c]);
+    let total: f64 = weights.iter().sum();
+    let mean: f64 = (0..4).map(|c| share(weights[c], above[c])).sum();
+    let scale = 1.0 / total;
+    *choices = from_fn(|c| weights[c] * scale);
+    (total, mean * scale)
+}
+
+/// weight · above, 0 where a choice is worth −∞.
+#[inline]
+fn share(weight: f64, above: f64) -> f64 {
+    if weight > 0.0 { weight * above } else { 0.0 }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 impl<'p> SoftBellman<'p> {
@@ -116,7 +153,6 @@ impl<'p> SoftBellman<'p> {
             carry: CARRY,
             inflow: Vec::new(),
             choices: Vec::new(),
-            above: Vec::new(),
         }
     }
 
@@ -205,13 +241,8 @@ impl<'p> SoftBellman<'p> {
 
     /// V̂_i of the Q in `self.choices`, which become π.
     fn soft_maximum(&mut self, i: usize, tau: f64) -> f64 {
-        let first = self.process.choices_of(i).start;
-        let best = self
-            .choices
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
-        if tau <= 0.0 {
+        let best = largest(&self.choices);
+        if tau < f64::MIN_POSITIVE {
             // All the policy's weight on the first of the best.
             let place = self.choices.iter().position(|&q| q == best);
             self.choices.fill(0.0);
@@ -221,22 +252,16 @@ impl<'p> SoftBellman<'p> {
             self.divergence[i] = 0.0;
             return best;
         }
-        self.above.clear();
-        self.above
-            .extend(self.choices.iter().map(|q| (q - best) / tau));
-        self.choices.copy_from_slice(&self.above);
-        exp_in_place(&mut self.choices);
-        let (mut total, mut mean) = (0.0, 0.0);
-        for (c, (q, above)) in self.choices.iter_mut().zip(&self.above).enumerate() {
-            *q *= self.process.prior(first + c);
-            total += *q;
-            if *q > 0.0 {
-                mean += *q * above;
-            }
-        }
-        self.choices.iter_mut().for_each(|q| *q /= total);
+        let prior = self.process.priors_of(i);
+        let (total, mean) = match (
+            <&mut [f64; 4]>::try_from(&mut self.choices[..]),
+            prior.try_into(),
+        ) {
+            (Ok(choices), Ok(prior)) => weigh_four(choices, prior, best, 1.0 / tau),
+            _ => weigh(&mut self.choices, prior, best, 1.0 / tau),
+        };
         let log_total = libm::log(total);
-        self.divergence[i] = (mean / total - log_total).max(0.0);
+        self.divergence[i] = (mean - log_total).max(0.0);
         best + tau * log_total
     }
 
