@@ -1,6 +1,6 @@
 //! Steps a second of eigentrail's engine against rurel's tabular Q-learning, side by side in one run.
 //!
-//! `cargo run --release --locked [-- STEPS [ROUNDS]]` in this folder; medians of the rounds, which take turns. rurel walks the open grid of
+//! `cargo run --release --locked --bin steps [-- STEPS [ROUNDS]]` in this folder; medians of the rounds, which take turns. rurel walks the open grid of
 //! 21 × 21 at random, as its own example does, here from a corner to the opposite one at −1 a step.
 
 use eigentrail::agent::{AgentKind, AgentParams, AnyAgent, build_agent};
