@@ -95,11 +95,11 @@ impl Fit<'_> {
         };
         let mut gradient = gcn.parameters().zeros_like();
         for epoch in 1..=epochs {
-            gcn.backward_into(
+            gcn.backward_packed(
                 self.propagation,
                 self.tx,
                 &mut self.activations,
-                self.evaluation.gradient(),
+                self.evaluation.gradient_rows(),
                 &mut gradient,
             );
             adam.step(gcn, &gradient);

@@ -14,7 +14,7 @@
 //! ```
 
 use super::Smoothness;
-use super::rows::{pack, rows_per_lane, view};
+use super::rows::{BLOCK_ROWS, pack, rows_per_lane, view};
 use crate::exponential::{exp, exp_in_place};
 use crate::graph::SymmetricCsr;
 use faer::MatRef;
@@ -45,6 +45,11 @@ impl LossWorkspace {
     /// ∂loss/∂Z of the last evaluation, n × c.
     pub fn gradient(&self) -> MatRef<'_, f64> {
         view(&self.gradient, self.classes)
+    }
+
+    /// The same, row-major.
+    pub(super) fn gradient_rows(&self) -> &[f64] {
+        &self.gradient
     }
 
     fn reserve(&mut self, nodes: usize, classes: usize) {
@@ -159,9 +164,8 @@ fn through_softmax(gradient: &mut [f64], p: &[f64], classes: usize, scale: f64) 
 fn softmax_rows(values: &mut [f64], classes: usize) {
     let rows = rows_per_lane(values.len() / classes);
     let softmax_lane = |values: &mut [f64]| {
-        for row in values.chunks_exact_mut(classes) {
-            softmax(row);
-        }
+        let blocks = values.chunks_mut(BLOCK_ROWS * classes);
+        blocks.for_each(|block| softmax_block(block, classes));
     };
     if values.len() <= rows * classes {
         return softmax_lane(values);
@@ -169,12 +173,17 @@ fn softmax_rows(values: &mut [f64], classes: usize) {
     values.par_chunks_mut(rows * classes).for_each(softmax_lane);
 }
 
-fn softmax(row: &mut [f64]) {
-    let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    row.iter_mut().for_each(|value| *value -= largest);
-    exp_in_place(row);
-    let sum: f64 = row.iter().sum();
-    row.iter_mut().for_each(|value| *value /= sum);
+/// Row by row but for the exponentials, which are taken of all rows at once.
+fn softmax_block(block: &mut [f64], classes: usize) {
+    for row in block.chunks_exact_mut(classes) {
+        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        row.iter_mut().for_each(|value| *value -= largest);
+    }
+    exp_in_place(block);
+    for row in block.chunks_exact_mut(classes) {
+        let scale = 1.0 / row.iter().sum::<f64>();
+        row.iter_mut().for_each(|value| *value *= scale);
+    }
 }
 
 /// ln Σ exp z over the entries of a row, which is walked twice.

@@ -192,22 +192,36 @@ impl Gcn {
         output_gradient: MatRef<'_, f64>,
         gradient: &mut GcnGradient,
     ) {
-        self.assert_shape(propagation, tx);
         let shape = (tx.nrows(), self.num_outputs());
         assert_eq!(output_gradient.shape(), shape, "output gradient");
+        let mut packed = std::mem::take(&mut workspace.output_gradient);
+        packed.resize(shape.0 * shape.1, 0.0);
+        pack(output_gradient, &mut packed);
+        self.backward_packed(propagation, tx, workspace, &packed, gradient);
+        workspace.output_gradient = packed;
+    }
+
+    /// [`Gcn::backward_into`] for ∂loss/∂Z that is row-major already.
+    pub(super) fn backward_packed(
+        &self,
+        propagation: &Propagation,
+        tx: MatRef<'_, f64>,
+        workspace: &mut GcnWorkspace,
+        packed: &[f64],
+        gradient: &mut GcnGradient,
+    ) {
+        self.assert_shape(propagation, tx);
         assert_eq!(workspace.num_nodes, tx.nrows(), "no forward pass yet");
         assert!(gradient.same_shape(&self.parameters), "gradient's shape");
 
         workspace.reserve_backward(&self.parameters);
         let GcnWorkspace {
             hidden,
-            output_gradient: packed,
             propagated_gradient: propagated,
             lanes,
             ..
         } = workspace;
-        pack(output_gradient, packed);
-        propagation.apply_rows(packed, shape.1, propagated);
+        propagation.apply_rows(packed, self.num_outputs(), propagated);
         self.pull_back(tx, hidden, propagated, lanes);
 
         gradient.fill(0.0);

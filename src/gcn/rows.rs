@@ -52,13 +52,21 @@ pub(super) fn pack(x: MatRef<'_, f64>, rows: &mut [f64]) {
     }
     if let Some(by_rows) = x.transpose().try_as_col_major() {
         for (target, source) in rows.chunks_exact_mut(columns).zip(by_rows.col_iter()) {
-            target.copy_from_slice(source.as_slice());
+            copy_row(target, source.as_slice());
         }
         return;
     }
     for (block, chunk) in rows.chunks_mut(BLOCK_ROWS * columns).enumerate() {
         let count = chunk.len() / columns;
         view_mut(chunk, columns).copy_from(x.subrows(block * BLOCK_ROWS, count));
+    }
+}
+
+/// A copy of two numbers, as two classes have, is no call.
+fn copy_row(target: &mut [f64], source: &[f64]) {
+    match (<&mut [f64; 2]>::try_from(&mut *target), source.try_into()) {
+        (Ok(target), Ok(source)) => *target = source,
+        _ => target.copy_from_slice(source),
     }
 }
 

@@ -15,7 +15,7 @@ pub struct GcnWorkspace {
     pub(super) projected: Vec<f64>,
     /// Z, n × c.
     pub(super) logits: Vec<f64>,
-    /// G = ∂loss/∂Z, n × c.
+    /// G = ∂loss/∂Z, n × c, where it was handed over with other strides.
     pub(super) output_gradient: Vec<f64>,
     /// T̂ G, n × c.
     pub(super) propagated_gradient: Vec<f64>,
@@ -47,7 +47,6 @@ impl GcnWorkspace {
     /// Makes room for the gradients of the last forward pass, zeroed.
     pub(super) fn reserve_backward(&mut self, parameters: &GcnParameters) {
         let (hidden, outputs) = (parameters.hidden.outputs, parameters.output.outputs);
-        self.output_gradient.resize(self.num_nodes * outputs, 0.0);
         self.propagated_gradient
             .resize(self.num_nodes * outputs, 0.0);
         self.lanes.truncate(num_lanes(self.num_nodes));
