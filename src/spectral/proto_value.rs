@@ -41,6 +41,7 @@ impl ProtoValueFunctions {
     /// As [`GrowingEigensolver::refresh`].
     pub fn refresh(&mut self, adjacency: &SymmetricCsr) -> Result<SpectrumRefresh, SpectralError> {
         let refresh = self.spectrum.refresh(adjacency)?;
+        self.spectrum.release_buffers(); // the graph will have outgrown them
         let vectors = &self
             .eigenpairs()
             .expect("a refresh has just succeeded")

@@ -416,6 +416,7 @@ fn pages_of_large_worlds_and_long_runs_stay_small_and_say_so() {
         seed: 0,
         wall_seconds: 1.0,
         steps_per_second: 1.0,
+        ..Default::default()
     };
     summary.put(result, timing);
     let run = RecordedRun {

@@ -53,7 +53,13 @@ impl TransitionGraph {
     }
 
     /// Where (state, action) led most often, of equals the one seen first; `None` if it was never tried.
+    /// O(1) if it never led elsewhere, else O(out-degree).
     pub fn likely_successor(&self, state: StateId, action: Action) -> Option<StateId> {
+        let attempts = self.attempts[self.slot(state, action)];
+        let latest = self.digraph.edge_weight(attempts.latest)?;
+        if latest.count == attempts.tries {
+            return self.latest_outcome(state, action);
+        }
         self.digraph
             .edges(node(state))
             .filter(|edge| edge.weight().action == action)
@@ -110,4 +116,53 @@ fn mean_reward(outcomes: impl Iterator<Item = ObservedOutcome>) -> Option<f64> {
         (count + f64::from(seen.count), sum + seen.reward_sum)
     });
     (count > 0.0).then(|| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Action 0 from state 0 leads to 0 thrice, to 1 twice and to 2 once, action 1 to 2; rewards 1, 2, 3, …
+    fn graph() -> TransitionGraph {
+        let mut graph = TransitionGraph::new(3);
+        let [zero, one, two] = [(); 3].map(|()| graph.add_state());
+        let steps = [
+            (0, two),
+            (0, zero),
+            (0, one),
+            (0, one),
+            (0, zero),
+            (1, two),
+            (0, zero),
+        ];
+        for (n, (action, to)) in steps.into_iter().enumerate() {
+            graph.record(zero, Action(action), 1.0 + n as f64, to, false);
+        }
+        graph
+    }
+
+    #[test]
+    fn the_likely_successor_is_the_most_frequent_one_and_the_departure_that_of_those_that_leave() {
+        let graph = graph();
+        let from = |action| (StateId(0), Action(action));
+        let likely = |(state, action)| graph.likely_successor(state, action);
+        let departure = |(state, action)| graph.likely_departure(state, action);
+        assert_eq!(
+            [0, 1, 2].map(|a| likely(from(a))),
+            [Some(StateId(0)), Some(StateId(2)), None]
+        );
+        assert_eq!(
+            [0, 1, 2].map(|a| departure(from(a))),
+            [Some(StateId(1)), Some(StateId(2)), None]
+        );
+    }
+
+    #[test]
+    fn means_are_of_all_that_was_paid() {
+        let graph = graph();
+        let mean = |a| graph.mean_reward(StateId(0), Action(a));
+        assert_eq!([0, 1, 2].map(mean), [Some(22.0 / 6.0), Some(6.0), None]);
+        assert_eq!(graph.mean_step_reward(StateId(0)), Some(4.0));
+        assert_eq!(graph.mean_step_reward(StateId(1)), None);
+    }
 }

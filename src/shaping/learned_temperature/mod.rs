@@ -194,6 +194,8 @@ impl LearnedTemperaturePotential {
         let features = extended_features(context.features, context.adjacency);
         let propagation = Propagation::new(context.adjacency);
         let tx = propagation.apply(features.as_ref());
+        let untrained = self.untrained(features.ncols());
+        drop(features);
         let inputs = Inputs {
             propagation: &propagation,
             tx: tx.as_ref(),
@@ -201,7 +203,6 @@ impl LearnedTemperaturePotential {
         // Not the potential's own, which the objective would borrow for as long as the network is trained.
         let shaping = self.shaping.clone();
         let labels = self.draw_labels(context.returns);
-        let untrained = self.untrained(features.ncols());
         let rate = self.gcn.learning_rate;
         let (network, is_new) = Network::prepare(&mut self.network, untrained, rate);
         if is_new {

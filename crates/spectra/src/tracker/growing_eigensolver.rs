@@ -196,10 +196,15 @@ impl GrowingEigensolver {
         self.tracked.as_ref().map(Tracked::eigenpairs)
     }
 
+    /// Frees the buffers that are kept for the next refresh, some 60 numbers a node beside those of the factor: for who refreshes seldom.
+    pub fn release_buffers(&mut self) {
+        self.workspace = Workspace::default();
+    }
+
     /// The pairs of the last refresh, for keeps.
     pub fn into_eigenpairs(mut self) -> Option<Eigenpairs> {
         // The vectors are copied out; the factor and the scratch block need not be there beside them.
-        self.workspace = Workspace::default();
+        self.release_buffers();
         self.eigenpairs()?;
         self.tracked?.pairs.into_inner()
     }
