@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Parts that any part may use.
-const COMMON: [&str; 8] = [
+const COMMON: [&str; 9] = [
     "disk",
+    "exponential",
     "memory",
     "npy",
     "parameter",
